@@ -1,0 +1,57 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Noise smoothed along surfaces, and subpixels resolved to pixels."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from . import tiles
+from .kernels.bilateral import bilateral
+
+_ROWS = 64
+
+
+def smooth(value, position, normal, passes: int) -> Iterator[float]:
+    """The joint bilateral filter over an image of surface points, reaching 4, 12, 28 … pixels from the centre with 1,
+    2, 3 … passes.
+
+    value: (h, w, c), position, normal: (h, w, 3) float32; a normal of zero marks pixels without a surface.
+    A generator of progress; returns (h, w, c) float32.
+    """
+    footprint = pixel_footprint(position, normal)
+    h = len(value)
+    for k in range(passes):
+        step = 1 << k
+        out = np.empty_like(value)
+
+        def tile(part: slice, value=value, out=out, step=step):
+            # Rows around the tile that its taps reach.
+            low, high = max(part.start - 2 * step, 0), min(part.stop + 2 * step, h)
+            rows = slice(low, high)
+            done = bilateral(value[rows], position[rows], normal[rows], footprint[rows], step)
+            out[part] = done[part.start - low : part.stop - low]
+
+        yield from tiles.run(tile, tiles.slices(h, max(_ROWS, 4 * step)))
+        value = out
+    return value
+
+
+def pixel_footprint(position: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """Distance on the surface between a pixel and the nearer of its neighbours: (h, w, 3) twice -> (h, w) float32 [m].
+
+    Zero where there is no surface.
+    """
+    valid = np.any(normal != 0, -1)
+    nearest = np.full(valid.shape, np.inf, np.float32)
+    for axis in (0, 1):
+        d = np.linalg.norm(np.diff(position, axis=axis), axis=-1)
+        pair = np.logical_and(*(np.take(valid, range(s, valid.shape[axis] - 1 + s), axis) for s in (0, 1)))
+        d = np.where(pair, d, np.inf).astype(np.float32)
+        before, after = [slice(None)] * 2, [slice(None)] * 2
+        before[axis], after[axis] = slice(0, -1), slice(1, None)
+        nearest[tuple(before)] = np.minimum(nearest[tuple(before)], d)
+        nearest[tuple(after)] = np.minimum(nearest[tuple(after)], d)
+    lonely = ~np.isfinite(nearest)
+    # A pixel without neighbours on a surface keeps to itself whatever its size.
+    return np.where(valid, np.where(lonely, 1.0, np.maximum(nearest, 1e-12)), 0).astype(np.float32)

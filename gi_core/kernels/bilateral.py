@@ -1,0 +1,47 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""One pass of the joint bilateral filter: a 5 × 5 B-spline with holes (à trous; Dammertz et al. 2010), stopped at edges
+of the surface.
+
+A tap counts by how far it lies off the centre's tangent plane and how its normal differs; irradiance itself does not
+stop the filter, so that noise does not either.
+"""
+
+import numpy as np
+
+_SPLINE = np.array([1, 4, 6, 4, 1], np.float32) / 16
+# Normals: dot¹⁶ is ½ at 17°.
+_NORMAL_SQUARINGS = 4
+
+
+def bilateral(value, position, normal, footprint, step: int) -> np.ndarray:
+    """Values averaged along the surface.
+
+    value: (h, w, c) float32; position, normal: (h, w, 3) float32; footprint: (h, w) float32, size of a pixel on its
+    surface [m], 0 where there is none; step: pixels between taps. Returns (h, w, c) float32, zero where there is no
+    surface.
+    """
+    h, w, c = value.shape
+    margin = 2 * step
+    pad = ((margin, margin), (margin, margin))
+    weight_padded = np.pad((footprint > 0).astype(np.float32), pad)
+    # What is filtered, and what stops it, in planes of their own: whole rows go through the arithmetic units at once.
+    values = [np.pad(value[..., k], pad) for k in range(c)]
+    positions = [np.pad(position[..., k], pad) for k in range(3)]
+    normals = [np.pad(normal[..., k], pad) for k in range(3)]
+    inverse = np.where(footprint > 0, 1 / np.maximum(footprint * step, 1e-20), 0).astype(np.float32)
+
+    total, out = np.zeros((h, w), np.float32), [np.zeros((h, w), np.float32) for _ in range(c)]
+    for j in range(5):
+        for i in range(5):
+            at = (slice(j * step, j * step + h), slice(i * step, i * step + w))
+            dot = sum(normal[..., k] * normals[k][at] for k in range(3))
+            plane = sum(normal[..., k] * (positions[k][at] - position[..., k]) for k in range(3)) * inverse
+            weight = np.maximum(dot, 0)
+            for _ in range(_NORMAL_SQUARINGS):
+                weight *= weight
+            weight *= weight_padded[at] * (_SPLINE[j] * _SPLINE[i]) / (1 + plane * plane) ** 2
+            total += weight
+            for k in range(c):
+                out[k] += weight * values[k][at]
+    return np.stack(out, -1) / np.maximum(total, 1e-20)[..., None] * (footprint > 0)[..., None]

@@ -1,0 +1,83 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Reflective shadow maps: what a light sees, and the flux that it reflects (Dachsbacher & Stamminger 2005, §3)."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from .. import tiles
+from ..sampling import morton
+from ..surfels import TILE, Surfels, along_rays
+from ..trace import Tracer
+from ..vectors import dot, length, lit
+from ..vpls import Vpls
+from .views import Rays, View, rays
+
+# Grazing texels are long; beyond this their footprint says nothing about where their light is.
+_MIN_COSINE = 0.05
+
+
+@dataclass(frozen=True)
+class Map:
+    """The texels of one map that see a surface.
+
+    surfels: their points, normals towards the light; `place` is row · resolution + column.
+    flux: (n, 3) float32 reflected radiant flux Φ [W].
+    area: (n,) float32 that the texel covers on the surface [m²].
+    depth: (n,) float32 distance from the light along the ray [m].
+    view: the projection; None where rays start all over a surface and there is nothing to project to.
+    """
+
+    surfels: Surfels
+    flux: np.ndarray
+    area: np.ndarray
+    depth: np.ndarray
+    view: View | None = None
+
+    def lights(self) -> Vpls:
+        """A light for each texel, in the order of `surfels`."""
+        s = self.surfels
+        return Vpls(s.position, s.origin, s.normal, self.flux, self.area)
+
+    def vpls(self) -> Vpls:
+        """The lights of texels that reflect anything, along the Z-order curve: neighbours in the list are neighbours in
+        the map."""
+        order = np.arange(len(self.surfels))
+        if self.view is not None:
+            row, column = np.divmod(self.surfels.place, self.view.resolution)
+            order = np.argsort(morton(column, row), kind="stable")
+        return self.lights()[order[lit(self.flux[order])]]
+
+
+def render(tracer: Tracer, view: View, seed: int) -> Iterator[float]:
+    """The map of a view. A generator of progress; returns the Map."""
+    return (yield from trace_flux(tracer, rays(view, seed), view))
+
+
+def trace_flux(tracer: Tracer, flux_rays: Rays, view: View | None = None) -> Iterator[float]:
+    """Follows rays that carry flux to the surfaces that reflect it. A generator of progress; returns a Map."""
+    parts = tiles.slices(len(flux_rays.origin), TILE)
+    found: dict[int, Map] = {}
+
+    def tile(part: slice):
+        surfels, hit = along_rays(
+            tracer, flux_rays.origin[part], flux_rays.direction[part], np.arange(part.start, part.stop)
+        )
+        ray = hit + part.start
+        arm = surfels.position - flux_rays.origin[ray]
+        depth = length(arm)
+        cosine = np.abs(dot(flux_rays.direction[ray], surfels.face))
+        area = (flux_rays.spread[ray] + flux_rays.solid_angle[ray] * depth**2) / np.maximum(cosine, _MIN_COSINE)
+        found[part.start] = Map(surfels, flux_rays.flux[ray] * surfels.albedo, area.astype(np.float32), depth)
+
+    yield from tiles.run(tile, parts)
+    maps = [found[part.start] for part in parts]
+    return Map(
+        Surfels.concatenate([m.surfels for m in maps]),
+        np.concatenate([m.flux for m in maps]),
+        np.concatenate([m.area for m in maps]),
+        np.concatenate([m.depth for m in maps]),
+        view,
+    )

@@ -1,0 +1,177 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The scene as the techniques see it: frozen dataclasses of arrays, with nothing of Blender in them.
+
+Conventions: scene-linear Rec.709, metres, radiometric units per channel, world space right-handed with Z up.
+Arrays are float32 and C-ordered unless said otherwise; images have row 0 at the bottom.
+Geometry is kept once per mesh in the mesh's own space; an `Instance` puts it into the world.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Texture:
+    """An image that colours a surface.
+
+    pixels: (h, w, 3) float32, scene-linear, row 0 at the bottom.
+    extension: what lies outside [0, 1]: "REPEAT", "EXTEND", "CLIP" (black) or "MIRROR".
+    interpolation: "LINEAR" or "CLOSEST".
+    """
+
+    name: str
+    pixels: np.ndarray
+    extension: str = "REPEAT"
+    interpolation: str = "LINEAR"
+
+
+@dataclass(frozen=True)
+class ColorSource:
+    """A colour over a surface: `value`, multiplied by `texture` looked up at the UV map named `uv` where there is one.
+
+    value: (3,) float32.
+    uv: name of the UV map; "" means the mesh's render UV map.
+    """
+
+    value: np.ndarray
+    texture: Texture | None = None
+    uv: str = ""
+
+
+BLACK = ColorSource(np.zeros(3, np.float32))
+
+
+@dataclass(frozen=True)
+class Material:
+    """A diffuse, emitting surface; both sides alike.
+
+    albedo: diffuse reflectance, 0…1.
+    emission: radiance [W/(m²·sr)].
+    """
+
+    name: str
+    albedo: ColorSource
+    emission: ColorSource = BLACK
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """The triangles of one evaluated mesh, in its own space.
+
+    vertices: (v, 3) float32.
+    triangles: (t, 3) int32 indices into `vertices`.
+    normals: (t, 3, 3) float32, unit shading normal of each corner.
+    slots: (t,) int32 material slot of each triangle.
+    uvs: UV map name -> (t, 3, 2) float32.
+    render_uv: name of the UV map that renders by default, "" where the mesh has none.
+    """
+
+    name: str
+    vertices: np.ndarray
+    triangles: np.ndarray
+    normals: np.ndarray
+    slots: np.ndarray
+    uvs: dict[str, np.ndarray] = field(default_factory=dict)
+    render_uv: str = ""
+
+
+@dataclass(frozen=True)
+class Instance:
+    """A mesh at a place in the world.
+
+    name: the object's name; copies made by instancing (collections, particles, nodes) carry their source's name.
+    mesh: index into `Scene.meshes`.
+    matrix: (4, 4) float64, mesh space to world space.
+    materials: index into `Scene.materials` for each slot, at least one.
+    is_copy: made by instancing, not an object of its own; it casts and reflects light but no result is kept for it.
+    """
+
+    name: str
+    mesh: int
+    matrix: np.ndarray
+    materials: tuple[int, ...]
+    is_copy: bool = False
+
+
+@dataclass(frozen=True)
+class Light:
+    """A lamp; it shines along the −Z axis of its matrix.
+
+    kind: "POINT", "SPOT", "AREA" or "SUN".
+    matrix: (4, 4) float64, light space to world space, scale included (it stretches area lights and spot cones).
+    power: (3,) float32. Point, spot and area: radiant power [W] with Blender's meaning (radiant intensity P/4π W/sr of
+        a point or spot, radiance P/(πA) of an area light). Sun: irradiance on a perpendicular surface [W/m²].
+        Colour, temperature, exposure and Blender's `normalize` are already in it.
+    radius: [m] of the sphere (point, spot).
+    soft_falloff: the sphere is a disk that faces the receiver (Blender's Soft Falloff).
+    spot_angle, spot_blend: full cone angle [rad] and share of the cone that fades out, 0…1.
+    shape, size: "RECTANGLE" or "ELLIPSE", full extents (2,) along X and Y in light space [m before scale].
+    spread: full angle [rad] of an area light's beam, π for a Lambertian one.
+    angle: angular diameter of a sun [rad].
+    shadow: casts shadows.
+    """
+
+    name: str
+    kind: str
+    matrix: np.ndarray
+    power: np.ndarray
+    radius: float = 0.0
+    soft_falloff: bool = False
+    spot_angle: float = np.pi
+    spot_blend: float = 0.0
+    shape: str = "RECTANGLE"
+    size: tuple[float, float] = (1.0, 1.0)
+    spread: float = np.pi
+    angle: float = 0.0
+    shadow: bool = True
+
+
+@dataclass(frozen=True)
+class Environment:
+    """What is seen where a ray leaves the scene: radiance [W/(m²·sr)].
+
+    color: (3,) float32, multiplied by `texture` (equirectangular, +X to the right of centre row as Blender maps it).
+    rotation: (3, 3) float64, world direction to texture direction.
+    """
+
+    color: np.ndarray
+    texture: Texture | None = None
+    rotation: np.ndarray = field(default_factory=lambda: np.eye(3))
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A pinhole or parallel camera; it looks along the −Z axis of its matrix.
+
+    kind: "PERSPECTIVE" or "ORTHOGRAPHIC".
+    matrix: (4, 4) float64, camera space to world space, without scale.
+    window: left, right, bottom, top of the image on the plane z = −1 (perspective) or in metres (orthographic), with
+        lens shift, sensor fit and pixel aspect applied.
+    resolution: (width, height) in pixels.
+    clip: near and far distance along the view axis [m].
+    """
+
+    kind: str
+    matrix: np.ndarray
+    window: tuple[float, float, float, float]
+    resolution: tuple[int, int]
+    clip: tuple[float, float] = (1e-3, 1e6)
+
+
+@dataclass(frozen=True)
+class Scene:
+    """All that a technique may know.
+
+    approximated: a sentence for each thing that is not taken as it is in the file, naming it and what was taken
+        instead.
+    """
+
+    meshes: tuple[Mesh, ...]
+    instances: tuple[Instance, ...]
+    materials: tuple[Material, ...]
+    lights: tuple[Light, ...] = ()
+    environment: Environment = Environment(np.zeros(3, np.float32))
+    camera: Camera | None = None
+    approximated: tuple[str, ...] = ()

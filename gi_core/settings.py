@@ -1,0 +1,92 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Settings: frozen dataclasses whose fields say what they do, in which unit and between which bounds.
+
+A setting has one name everywhere: the field here, `--set NAME=VALUE` on the command line, the property in Blender, the
+report.
+"""
+
+from dataclasses import dataclass, field, fields, replace
+
+
+def setting(default, description: str, *, low=None, high=None, choices: tuple[str, ...] = (), unit: str = ""):
+    """A dataclass field with what the command line, the panel and the validation need to know about it."""
+    return field(
+        default=default,
+        metadata={"description": description, "low": low, "high": high, "choices": choices, "unit": unit},
+    )
+
+
+class SettingError(ValueError):
+    """A setting's name or value is wrong; the message says which and what is allowed."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What every technique shares. Raises SettingError when made with a value out of bounds."""
+
+    samples: int = setting(
+        64,
+        "Samples of reflected light for each pixel, texel or vertex, and as many of emitting surfaces and of the sky; "
+        "noise falls with their number, time grows with it",
+        low=1,
+        high=65536,
+    )
+    bounces: int = setting(1, "How often light is reflected before it arrives; 1 is the first bounce", low=1, high=32)
+    light_samples: int = setting(
+        16, "Samples of each soft lamp for each pixel, texel or vertex; more give smoother shadows", low=1, high=4096
+    )
+    seed: int = setting(0, "Start of the random sequence; the same seed gives the same picture", low=0, high=2**20)
+    device: str = setting("auto", "What computes: the processor or the graphics card", choices=("auto", "cpu", "gpu"))
+    denoise: str = setting(
+        "bilateral",
+        "Smooths noise along surfaces: not at all, or guided by position and normal",
+        choices=("none", "bilateral"),
+    )
+    denoise_passes: int = setting(
+        3, "Passes of the bilateral filter; each doubles its reach: 4, 12, 28 pixels", low=1, high=6
+    )
+    light: str = setting(
+        "combined",
+        "Light that lightmaps and vertices hold: direct, indirect or both",
+        choices=("combined", "direct", "indirect"),
+    )
+    margin: int = setting(
+        4,
+        "Texels by which a lightmap's islands grow, so that filtering finds no black there",
+        low=0,
+        high=64,
+        unit="texels",
+    )
+    antialias: int = setting(
+        2, "Points seen per pixel along each axis in a camera image; smooths silhouettes", low=1, high=8
+    )
+
+    def __post_init__(self):
+        for f in fields(self):
+            value, m = getattr(self, f.name), f.metadata
+            if m["choices"] and value not in m["choices"]:
+                raise SettingError(f"setting '{f.name}' is '{value}'; choose one of {', '.join(m['choices'])}")
+            if (m["low"] is not None and value < m["low"]) or (m["high"] is not None and value > m["high"]):
+                raise SettingError(f"setting '{f.name}' is {value}; it goes from {m['low']} to {m['high']}")
+
+
+def updated(settings: Settings, texts: dict[str, str]) -> Settings:
+    """The settings with values given as text, as on a command line. Raises SettingError for unknown names and wrong
+    values."""
+    known = {f.name: f for f in fields(settings)}
+    values = {}
+    for name, text in texts.items():
+        if name not in known:
+            raise SettingError(f"there is no setting '{name}'; there are {', '.join(known)}")
+        kind = type(known[name].default)
+        try:
+            if kind is bool:
+                values[name] = {"true": True, "1": True, "on": True, "false": False, "0": False, "off": False}[
+                    text.lower()
+                ]
+            else:
+                values[name] = kind(text)
+        except (ValueError, KeyError):
+            raise SettingError(f"setting '{name}' takes a value of type {kind.__name__}, not '{text}'") from None
+    return replace(settings, **values)

@@ -1,0 +1,164 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Surface points: what light arrives at and leaves from. Made from a camera, a light's map, UV texels and vertices."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from . import tiles
+from .geometry import Geometry
+from .scene import Camera
+from .texels import covered_texels
+from .trace import Tracer, offset
+from .vectors import dot, normalize
+
+TILE = 1 << 16
+
+
+@dataclass(frozen=True)
+class Surfels:
+    """Points on surfaces, all arrays with one row per point.
+
+    position: (n, 3) float32, world space [m].
+    normal: (n, 3) float32, unit shading normal.
+    face: (n, 3) float32, unit geometric normal, on the same side; rays leave towards it.
+    albedo: (n, 3) float32 diffuse reflectance.
+    emission: (n, 3) float32 radiance [W/(m²·sr)].
+    place: (n,) int64, which pixel, texel or vertex of its receiver the point stands for (row · width + column in an
+        image).
+    """
+
+    position: np.ndarray
+    normal: np.ndarray
+    face: np.ndarray
+    albedo: np.ndarray
+    emission: np.ndarray
+    place: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.position)
+
+    def __getitem__(self, rows) -> "Surfels":
+        """The points that a slice, mask or index array picks."""
+        return Surfels(*(getattr(self, f.name)[rows] for f in fields(self)))
+
+    @property
+    def origin(self) -> np.ndarray:
+        """(n, 3) float32: where rays may start without meeting the surface that they leave."""
+        return offset(self.position, self.face)
+
+    @staticmethod
+    def concatenate(parts: "list[Surfels]") -> "Surfels":
+        return Surfels(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Surfels)))
+
+
+def at(geometry: Geometry, triangle, weights, place, towards=None) -> Surfels:
+    """The surfels at points on triangles.
+
+    triangle: (n,), weights: (n, 3) barycentric, place: (n,).
+    towards: (n, 3) directions; normals are turned to the side that they point to (a camera's or a light's). Without it
+        the mesh's front counts, as it does for a bake.
+    """
+    face = geometry.face_normal(triangle)
+    normal = geometry.shading_normal(triangle, weights)
+    # A mesh may carry no usable corner normals; its faces always have one.
+    normal = np.where(np.any(normal != 0, -1, keepdims=True), normal, face)
+    # The shading normal says where the front is: winding may disagree with it.
+    face = np.where(dot(face, normal)[:, None] < 0, -face, face)
+    if towards is not None:
+        back = dot(face, towards)[:, None] < 0
+        face, normal = np.where(back, -face, face), np.where(back, -normal, normal)
+    return Surfels(
+        geometry.position(triangle, weights), normal, face,
+        geometry.color("albedo", triangle, weights), geometry.color("emission", triangle, weights),
+        np.asarray(place, np.int64),
+    )  # fmt: skip
+
+
+def along_rays(
+    tracer: Tracer, origins: np.ndarray, directions: np.ndarray, place: np.ndarray
+) -> tuple[Surfels, np.ndarray]:
+    """The surfels where rays hit, facing back along them, and the indices of the rays that hit: (n, 3), (n, 3),
+    (n,)."""
+    hits = tracer.closest(origins, directions)
+    hit = np.flatnonzero(hits.triangle >= 0)
+    return at(tracer.geometry, hits.triangle[hit], hits.weights[hit], place[hit], towards=-directions[hit]), hit
+
+
+def camera_rays(camera: Camera, subpixels: int = 1) -> tuple[np.ndarray, np.ndarray]:
+    """Rays through a regular grid of points, `subpixels`² to a pixel, from the near clipping plane on.
+
+    Returns origins and unit directions, (h·subpixels · w·subpixels, 3) float32 each, rows from the bottom.
+    """
+    left, right, bottom, top = camera.window
+    w, h = camera.resolution[0] * subpixels, camera.resolution[1] * subpixels
+    x, y = np.meshgrid(
+        left + (np.arange(w) + 0.5) / w * (right - left), bottom + (np.arange(h) + 0.5) / h * (top - bottom)
+    )
+    ones, near = np.ones_like(x), camera.clip[0]
+    if camera.kind == "PERSPECTIVE":
+        start = np.stack([x * near, y * near, -near * ones], -1)
+        direction = np.stack([x, y, -ones], -1)
+    else:
+        start = np.stack([x, y, -near * ones], -1)
+        direction = np.stack([0 * x, 0 * y, -ones], -1)
+    rotation, translation = camera.matrix[:3, :3], camera.matrix[:3, 3]
+    origins = start.reshape(-1, 3) @ rotation.T + translation
+    return origins.astype(np.float32), normalize(direction.reshape(-1, 3) @ rotation.T).astype(np.float32)
+
+
+def from_camera(tracer: Tracer, camera: Camera, subpixels: int = 1) -> Iterator[float]:
+    """What each (sub)pixel sees. A generator of progress; returns the Surfels, `place` counting subpixels along
+    rows."""
+    origins, directions = camera_rays(camera, subpixels)
+    parts = tiles.slices(len(origins), TILE)
+    found: dict[int, Surfels] = {}
+    # The near plane is where rays start; the far one cuts what lies behind it.
+    axis = -camera.matrix[:3, 2]
+
+    def tile(part: slice):
+        surfels, _ = along_rays(tracer, origins[part], directions[part], np.arange(part.start, part.stop))
+        found[part.start] = surfels[(surfels.position - camera.matrix[:3, 3]) @ axis <= camera.clip[1]]
+
+    yield from tiles.run(tile, parts)
+    return Surfels.concatenate([found[part.start] for part in parts])
+
+
+def from_texels(geometry: Geometry, name: str, uv: str, resolution: tuple[int, int]) -> tuple[Surfels, np.ndarray]:
+    """A surfel for every texel that a face of an object touches, with the point clamped into the face.
+
+    name: the object. uv: its UV map, "" for the render UV map. resolution: (width, height).
+    Returns the Surfels and (n,) bool: whether the texel's centre lies in a face.
+    Raises KeyError where there is no such object or UV map.
+    """
+    mesh, triangle = geometry.mesh_of(name)
+    layer = uv or mesh.render_uv
+    if layer not in mesh.uvs:
+        raise KeyError(f"object '{name}' has no UV map '{layer}'")
+    # Without area there is no normal and nothing to light.
+    solid = np.any(geometry.face_normal(triangle) != 0, -1)
+    texels = covered_texels(mesh.uvs[layer][solid], resolution)
+    return at(geometry, triangle[solid][texels.triangle], texels.weights, texels.place), texels.centred
+
+
+def from_vertices(geometry: Geometry, name: str) -> Surfels:
+    """A surfel for each vertex of an object that a face uses; `place` is the vertex's index. Raises KeyError for no
+    such object."""
+    mesh, triangle = geometry.mesh_of(name)
+    solid = np.any(geometry.face_normal(triangle) != 0, -1)
+    triangle = triangle[solid]
+    # Drawn 1 % towards the face's centre: at the vertex itself the neighbouring walls would be met at distance zero.
+    weights = np.full((3, 3), 0.01 / 3, np.float32) + 0.99 * np.eye(3, dtype=np.float32)
+    corner = np.tile(np.arange(3), len(triangle))
+    vertex = mesh.triangles[solid].ravel()
+    _, one = np.unique(vertex, return_index=True)
+    surfels = at(geometry, np.repeat(triangle, 3)[one], weights[corner[one]], vertex[one])
+
+    # The vertex's normal: the mean over its corners, as Blender smooths it.
+    mean = np.zeros((len(mesh.vertices), 3), np.float32)
+    np.add.at(mean, vertex, geometry.shading_normal(np.repeat(triangle, 3), np.eye(3, dtype=np.float32)[corner]))
+    normal = normalize(mean[surfels.place])
+    normal = np.where(np.any(normal != 0, -1, keepdims=True), normal, surfels.normal)
+    return Surfels(surfels.position, normal, surfels.face, surfels.albedo, surfels.emission, surfels.place)

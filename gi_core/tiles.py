@@ -1,0 +1,43 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Long work cut into tiles: bounded memory, all cores, progress and cancelling between tiles."""
+
+import os
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor, wait
+
+
+def slices(n: int, size: int) -> list[slice]:
+    """Consecutive slices of at most `size` that cover range(n)."""
+    size = max(1, size)
+    return [slice(i, min(i + size, n)) for i in range(0, n, size)]
+
+
+def run(function: Callable[[slice], None], parts: list[slice]) -> Iterator[float]:
+    """Calls function(part) for each part on all cores; yields the share that is done, 0…1.
+
+    The function writes its result into arrays of its own, so the order does not matter. Closing the generator waits for
+    the tiles in flight and drops the rest; an error in a tile is raised here.
+    """
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        futures = [pool.submit(function, part) for part in parts]
+        try:
+            # Waking up now and then, not at each tile's end, keeps a cancel prompt when one tile takes long.
+            while waiting := [f for f in futures if not f.done()]:
+                wait(waiting[:1], timeout=0.05)
+                yield 1 - len(waiting) / len(parts)
+            for future in futures:
+                future.result()
+        finally:
+            for future in futures:
+                future.cancel()
+    yield 1.0
+
+
+def finish(generator: Iterator) -> object:
+    """Exhausts a generator and returns its value."""
+    while True:
+        try:
+            next(generator)
+        except StopIteration as stop:
+            return stop.value

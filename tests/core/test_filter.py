@@ -1,0 +1,75 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+import numpy as np
+from gi_bake.gi_core import filter as smoothing
+from gi_bake.gi_core import tiles
+from gi_bake.gi_core.kernels.bilateral import bilateral
+
+
+def plain(value, position, normal, footprint, step):
+    """The filter's definition, one pixel and one tap after the other."""
+    h, w, c = value.shape
+    spline = np.array([1, 4, 6, 4, 1]) / 16
+    out = np.zeros((h, w, c))
+    for y in range(h):
+        for x in range(w):
+            if footprint[y, x] == 0:
+                continue
+            total = 0.0
+            for j in range(-2, 3):
+                for i in range(-2, 3):
+                    v, u = y + j * step, x + i * step
+                    if not (0 <= v < h and 0 <= u < w) or footprint[v, u] == 0:
+                        continue
+                    cosine = max(0.0, float(normal[y, x] @ normal[v, u]))
+                    plane = float(normal[y, x] @ (position[v, u] - position[y, x])) / (footprint[y, x] * step)
+                    weight = spline[j + 2] * spline[i + 2] * cosine**16 / (1 + plane**2) ** 2
+                    total += weight
+                    out[y, x] += weight * value[v, u]
+            out[y, x] /= total
+    return out
+
+
+def surface(h, w, seed=0):
+    rng = np.random.default_rng(seed)
+    position = np.dstack([*np.meshgrid(np.arange(w), np.arange(h)), rng.normal(0, 0.7, (h, w))]).astype(np.float32)
+    normal = rng.normal((0, 0, 2), 0.4, (h, w, 3)).astype(np.float32)
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    normal[rng.random((h, w)) < 0.2] = 0
+    return rng.random((h, w, 3)).astype(np.float32), position, normal
+
+
+def test_the_filter_is_its_definition():
+    for h, w, step in ((9, 13, 1), (17, 8, 2), (1, 1, 1), (6, 5, 4)):
+        value, position, normal = surface(h, w)
+        footprint = smoothing.pixel_footprint(position, normal)
+        ours = bilateral(value, position, normal, footprint, step)
+        assert np.allclose(ours, plain(value, position, normal, footprint, step), rtol=1e-4, atol=1e-6)
+
+
+def test_tiles_do_not_show(monkeypatch):
+    value, position, normal = surface(50, 20)
+    whole = tiles.finish(smoothing.smooth(value, position, normal, 3))
+    monkeypatch.setattr(smoothing, "_ROWS", 16)
+    assert np.array_equal(whole, tiles.finish(smoothing.smooth(value, position, normal, 3)))
+
+
+def test_noise_goes_and_edges_stay():
+    """Two planes that meet at a right angle, one lit, one dark, seen side by side, with noise on both."""
+    rng = np.random.default_rng(0)
+    x, y = np.meshgrid(np.arange(40.0), np.arange(40.0))
+    left = x < 20
+    position = np.dstack([np.where(left, x, 20), y, np.where(left, 0, x - 20)]).astype(np.float32)
+    normal = np.where(left[..., None], (0, 0, 1), (-1, 0, 0)).astype(np.float32)
+    clean = np.where(left, 1.0, 0.0)[..., None].repeat(3, -1).astype(np.float32)
+    noisy = clean + rng.normal(0, 0.3, clean.shape).astype(np.float32)
+    done = tiles.finish(smoothing.smooth(noisy, position, normal, 3))
+    assert done[:, :20].std() < 0.06 and done[:, 20:].std() < 0.06
+    assert abs(done[:, 19].mean() - 1) < 0.05 and abs(done[:, 20].mean()) < 0.05
+
+
+def test_a_constant_stays_and_nothing_comes_from_outside():
+    _, position, normal = surface(30, 30)
+    done = tiles.finish(smoothing.smooth(np.full((30, 30, 3), 0.7, np.float32), position, normal, 4))
+    valid = np.any(normal != 0, -1)
+    assert np.allclose(done[valid], 0.7, atol=1e-5) and (done[~valid] == 0).all()
