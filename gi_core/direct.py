@@ -2,26 +2,28 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Direct light at surfels, from every kind of source, with soft shadows. The calibration against Cycles rests here."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
 from . import environment as beyond
 from . import tiles
 from .emitters import emitters
+from .gathering import gathered, strided
 from .lights import towards
-from .rsm.gathering import gather, strided
+from .near import NearField, short_rays, summed
 from .sampling import cosine_hemisphere, r2_sequence, rotated
 from .scene import Environment, Light
 from .surfels import Surfels
 from .trace import FAR, Tracer
 from .vectors import dot, lit
+from .vpls import Vpls
 
 # Points times samples worked on at once by a thread; what stays in a core's cache is three times as fast.
 _PAIRS = 1 << 15
 
 # Points that stand for all emitting surfaces.
-_EMITTERS = 1 << 17
+EMITTERS = 1 << 17
 
 
 def _is_hard(light: Light) -> bool:
@@ -60,35 +62,51 @@ def from_environment(tracer: Tracer, surfels: Surfels, environment: Environment,
     return arrived.reshape(n, samples, 3).mean(1)
 
 
-def lamps(tracer: Tracer, surfels: Surfels, samples: int, seed: int) -> Iterator[float]:
-    """Irradiance from all lamps. A generator of progress; returns (n, 3) float32 [W/m²].
-
-    samples: for each soft lamp at each point.
-    """
+def from_lamps(tracer: Tracer, surfels: Surfels, samples: int, seed: int) -> np.ndarray:
+    """Irradiance from all lamps, all points at once: (n, 3) float32 [W/m²]; samples: for each soft lamp."""
     irradiance = np.zeros((len(surfels), 3), np.float32)
-
-    def tile(part: slice):
-        for k, light in enumerate(tracer.geometry.scene.lights):
-            irradiance[part] += from_lamp(tracer, surfels[part], light, samples, seed * 1024 + k)
-
-    yield from tiles.run(tile, tiles.slices(len(surfels), _PAIRS // samples))
+    for k, light in enumerate(tracer.geometry.scene.lights):
+        irradiance += from_lamp(tracer, surfels, light, samples, seed * 1024 + k)
     return irradiance
 
 
-def surroundings(tracer: Tracer, surfels: Surfels, samples: int, seed: int) -> Iterator[float]:
-    """Irradiance from emitting surfaces and the environment. A generator of progress; returns (n, 3) float32 [W/m²].
+def from_surroundings(tracer: Tracer, surfels: Surfels, glow: Vpls, samples: int, seed: int) -> np.ndarray:
+    """Irradiance from emitting surfaces and the environment, all points at once: (n, 3) float32 [W/m²].
 
-    samples: for all emitting surfaces together, and for the environment, at each point. Such light comes from all
-        around and is as
-    smooth, and as noisy, as reflected light: it may be filtered with it, which a lamp's shadows may not.
+    glow: what `emitters` made of the emitting surfaces. samples: for all of them together, and for the environment.
     """
+    irradiance = np.zeros((len(surfels), 3), np.float32)
     environment = tracer.geometry.scene.environment
-    glow = emitters(tracer.geometry, _EMITTERS)
-    irradiance = yield from gather(tracer, surfels, glow, strided(glow, samples, seed), samples)
+    if len(glow):
+        field = NearField.of(glow, samples)
+        irradiance += gathered(tracer, surfels, glow, strided(glow, samples, seed), ceiling=field.ceiling)
+        row, met, share = short_rays(tracer, surfels, field, seed)
+        irradiance += summed(row, np.pi * met.emission * share[:, None], len(surfels)) / field.rays
+    if not beyond.is_black(environment):
+        irradiance += from_environment(tracer, surfels, environment, samples, seed * 1024 + 1023)
+    return irradiance
+
+
+def lamps(tracer: Tracer, surfels: Surfels, samples: int, seed: int) -> Iterator[float]:
+    """`from_lamps` for any number of surfels, tile by tile. A generator of progress; returns (n, 3) float32 [W/m²]."""
+    return (yield from _tiled(lambda here: from_lamps(tracer, here, samples, seed), surfels, samples))
+
+
+def surroundings(tracer: Tracer, surfels: Surfels, samples: int, seed: int) -> Iterator[float]:
+    """`from_surroundings` for any number of surfels, tile by tile. A generator; returns (n, 3) float32 [W/m²].
+
+    Such light comes from all around and is as smooth, and as noisy, as reflected light: it may be filtered with it,
+    which a lamp's shadows may not.
+    """
+    glow = emitters(tracer.geometry, EMITTERS)
+    return (yield from _tiled(lambda here: from_surroundings(tracer, here, glow, samples, seed), surfels, samples))
+
+
+def _tiled(light: Callable[[Surfels], np.ndarray], surfels: Surfels, samples: int) -> Iterator[float]:
+    irradiance = np.zeros((len(surfels), 3), np.float32)
 
     def tile(part: slice):
-        irradiance[part] += from_environment(tracer, surfels[part], environment, samples, seed * 1024 + 1023)
+        irradiance[part] = light(surfels[part])
 
-    if not beyond.is_black(environment):
-        yield from tiles.run(tile, tiles.slices(len(surfels), _PAIRS // samples))
+    yield from tiles.run(tile, tiles.slices(len(surfels), _PAIRS // samples))
     return irradiance

@@ -8,7 +8,7 @@ from .geometry import Geometry
 from .sampling import r2_sequence, systematic
 from .trace import offset
 from .vectors import length
-from .vpls import Vpls, equalized
+from .vpls import Vpls, coherent, equalized
 
 
 def emitters(geometry: Geometry, n: int) -> Vpls:
@@ -37,4 +37,5 @@ def emitters(geometry: Geometry, n: int) -> Vpls:
     radiance = geometry.color("emission", triangle, weights)
     flux = np.pi * radiance * share[:, None].astype(np.float32)
     sides = [Vpls(position, offset(position, side), side, flux, share.astype(np.float32)) for side in (normal, -normal)]
-    return equalized(Vpls.concatenate(sides), n)
+    every = coherent(Vpls.concatenate(sides))
+    return equalized(every, every.flux.mean(-1), n)

@@ -101,13 +101,9 @@ def systematic(weights: np.ndarray, n: int, offset: float = 0.5) -> np.ndarray:
     return np.minimum(np.searchsorted(cdf, (np.arange(n) + offset) / n * cdf[-1], "right"), np.flatnonzero(weights)[-1])
 
 
-def morton(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Position along the Z-order curve: (n,) integers below 2¹⁶ twice -> (n,) uint32."""
-
-    def spread(v):
-        v = v.astype(np.uint32)
-        for shift, mask in ((8, 0x00FF00FF), (4, 0x0F0F0F0F), (2, 0x33333333), (1, 0x55555555)):
-            v = (v | (v << np.uint32(shift))) & np.uint32(mask)
-        return v
-
-    return spread(x) | (spread(y) << np.uint32(1))
+def morton(cells: np.ndarray) -> np.ndarray:
+    """Place along the three-dimensional Z-order curve: (n, 3) integers below 2¹⁰ -> (n,) uint32 below 2³⁰."""
+    v = cells.astype(np.uint32)
+    for shift, mask in ((16, 0x030000FF), (8, 0x0300F00F), (4, 0x030C30C3), (2, 0x09249249)):
+        v = (v | (v << np.uint32(shift))) & np.uint32(mask)
+    return v[:, 0] | (v[:, 1] << np.uint32(1)) | (v[:, 2] << np.uint32(2))

@@ -11,7 +11,7 @@ from . import tiles
 from .geometry import Geometry
 from .scene import Camera
 from .texels import covered_texels
-from .trace import Tracer, offset
+from .trace import FAR, Tracer, offset
 from .vectors import dot, normalize
 
 TILE = 1 << 16
@@ -78,11 +78,11 @@ def at(geometry: Geometry, triangle, weights, place, towards=None) -> Surfels:
 
 
 def along_rays(
-    tracer: Tracer, origins: np.ndarray, directions: np.ndarray, place: np.ndarray
+    tracer: Tracer, origins: np.ndarray, directions: np.ndarray, place: np.ndarray, far: float = FAR
 ) -> tuple[Surfels, np.ndarray]:
     """The surfels where rays hit, facing back along them, and the indices of the rays that hit: (n, 3), (n, 3),
     (n,)."""
-    hits = tracer.closest(origins, directions)
+    hits = tracer.closest(origins, directions, far)
     hit = np.flatnonzero(hits.triangle >= 0)
     return at(tracer.geometry, hits.triangle[hit], hits.weights[hit], place[hit], towards=-directions[hit]), hit
 

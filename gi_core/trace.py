@@ -44,14 +44,14 @@ class Tracer:
             # The first ray builds the acceleration structure; not to be left to several threads at once.
             self._scene.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32), query="OCCLUDED")
 
-    def closest(self, origins: np.ndarray, directions: np.ndarray) -> Hits:
-        """The nearest hit of each ray: (n, 3), (n, 3) unit directions -> Hits."""
+    def closest(self, origins: np.ndarray, directions: np.ndarray, far: float = FAR) -> Hits:
+        """The nearest hit of each ray, no further than far [m]: (n, 3), (n, 3) unit directions -> Hits."""
         n = len(origins)
         if self._empty or not n:
             return Hits(np.full(n, -1, np.int32), np.zeros((n, 3), np.float32), np.full(n, FAR))
         r = self._scene.run(
             np.ascontiguousarray(origins, np.float32), np.ascontiguousarray(directions, np.float32),
-            dists=np.full(n, FAR), query="INTERSECT", output=True,
+            dists=np.full(n, far, np.float32), query="INTERSECT", output=True,
         )  # fmt: skip
         return Hits(r["primID"], np.stack([1 - r["u"] - r["v"], r["u"], r["v"]], -1), r["tfar"])
 

@@ -6,7 +6,8 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from .sampling import systematic
+from .sampling import morton, systematic
+from .vectors import lit
 
 
 @dataclass(frozen=True)
@@ -39,17 +40,31 @@ class Vpls:
         return Vpls(*(np.concatenate([getattr(p, f.name) for p in [empty, *parts]]) for f in fields(Vpls)))
 
 
-def equalized(vpls: Vpls, n: int) -> Vpls:
-    """n lights of equal brightness that stand for all: drawn in proportion to flux, evenly along the list.
+def coherent(vpls: Vpls) -> Vpls:
+    """The lights that shine at all, in an order in which neighbours in the list face alike and are neighbours in space.
 
-    Drawing from the result is drawing from the flux's CDF, without a search for each sample. Total flux is kept exactly
-    in the mean over the channels. Where flux is concentrated a light is drawn more than once; each copy stands for its
-    share of the area.
+    By the octant of the normal, then along the Z-order curve through space. Whatever draws evenly from the list is then
+    stratified over the scene's surfaces.
+    """
+    vpls = vpls[lit(vpls.flux)]
+    if not len(vpls):
+        return vpls
+    low, high = vpls.position.min(0), vpls.position.max(0)
+    cells = ((vpls.position - low) / np.maximum(np.max(high - low), 1e-20) * 1023).astype(np.uint32)
+    octant = (vpls.normal > 0) @ np.array([1, 2, 4])
+    return vpls[np.lexsort((morton(cells), octant))]
+
+
+def equalized(vpls: Vpls, weight: np.ndarray, n: int) -> Vpls:
+    """n lights that stand for all, drawn in proportion to a weight (n,), evenly along the list.
+
+    A light's flux goes up as much as it is drawn less, so that all flux is kept in expectation. With the flux itself as
+    the weight all have the same brightness: taking any of them is drawing from the flux's CDF, without a search. Where
+    the weight is concentrated a light is drawn more than once; each copy stands for its share of the area.
     """
     if not len(vpls):
         return vpls
-    weight = vpls.flux.mean(-1).astype(np.float64)
     index = systematic(weight, n)
-    share = (weight.sum() / (n * weight[index])).astype(np.float32)
+    share = (np.sum(weight, dtype=np.float64) / (n * weight[index].astype(np.float64))).astype(np.float32)
     drawn = vpls[index]
     return Vpls(drawn.position, drawn.origin, drawn.normal, drawn.flux * share[:, None], drawn.area * share)

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Reflective shadow maps: the light of the first bounces, gathered from what the lamps see.
 
-    lighting = emit(tracer, settings)                         the lamps' maps as virtual point lights
-    irradiance = indirect(tracer, surfels, lighting, settings)   what they send to any surfels
+    lighting = emit(tracer, surfels, settings)                   the lamps' maps as virtual point lights
+    irradiance = indirect(tracer, surfels, lighting, settings)   what they send to surfels
 
 Both are generators of progress; `tiles.finish` runs one to its value.
 """
@@ -12,12 +12,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from ..emitters import emitters
+from ..gathering import every, gather, strided
+from ..near import NearField
 from ..surfels import Surfels
 from ..trace import Tracer
-from ..vpls import Vpls, equalized
+from ..vpls import Vpls, coherent, equalized
 from .disk import disk_pattern
-from .gathering import every, gather, strided
+from .importance import draw_weight
 from .maps import Map, render, trace_flux
+from .near import near_light
 from .scatter import scattered, sky_rays
 from .settings import RsmSettings
 from .views import views
@@ -31,20 +34,24 @@ class Lighting:
     """What a bake gathers from.
 
     maps: of each view of each lamp, where the disk pattern looks for its samples; empty for other patterns.
-    reflected: lights for everything else that is reflected; of equal flux, but for the pattern "all".
+    reflected: lights for everything else that is reflected; equally important ones, but for the pattern "all".
+    before: the same without the last bounce: what arrives where the last bounce leaves.
     """
 
     maps: tuple[Map, ...]
     reflected: Vpls
+    before: Vpls
 
 
-def emit(tracer: Tracer, settings: RsmSettings) -> Iterator[float]:
-    """Sends the light of lamps, emitting surfaces and the sky out, `settings.bounces` times. A generator; returns
-    Lighting."""
+def emit(tracer: Tracer, receivers: Surfels, settings: RsmSettings) -> Iterator[float]:
+    """Sends the light of lamps, emitting surfaces and the sky out, `settings.bounces` times.
+
+    receivers: the points that will gather, to which the lights are chosen. A generator of progress; returns Lighting.
+    """
     geometry = tracer.geometry
     scene, seed = geometry.scene, settings.seed * 4096
     if not len(geometry.triangles):
-        return Lighting((), Vpls.concatenate([]))
+        return Lighting((), Vpls.concatenate([]), Vpls.concatenate([]))
     maps, unmapped = [], []
     for light in scene.lights:
         for view in views(light, geometry.bounds, settings.map_resolution):
@@ -55,18 +62,26 @@ def emit(tracer: Tracer, settings: RsmSettings) -> Iterator[float]:
         sky_rays(scene.environment, geometry.bounds, CLOUD, seed),
     ):
         if len(flux_rays.origin):
-            unmapped.append((yield from trace_flux(tracer, flux_rays)).vpls())
+            unmapped.append((yield from trace_flux(tracer, flux_rays)).lights())
 
-    bounce = Vpls.concatenate([m.vpls() for m in maps] + unmapped)
+    bounce = coherent(Vpls.concatenate([m.lights() for m in maps] + unmapped))
     for k in range(1, settings.bounces):
-        flux_rays = scattered(equalized(bounce, CLOUD), geometry.area, seed + k)
-        bounce = (yield from trace_flux(tracer, flux_rays)).vpls()
+        drawn = equalized(bounce, bounce.flux.mean(-1), CLOUD)
+        bounce = coherent((yield from trace_flux(tracer, scattered(drawn, geometry.area, seed + k))).lights())
         unmapped.append(bounce)
 
-    if settings.pattern == "disk":
-        return Lighting(tuple(maps), equalized(Vpls.concatenate(unmapped), CLOUD))
-    reflected = Vpls.concatenate([m.vpls() for m in maps] + unmapped)
-    return Lighting((), reflected if settings.pattern == "all" else equalized(reflected, CLOUD))
+    before, reflected = unmapped[:-1] if settings.bounces > 1 else [], unmapped
+    if settings.pattern != "disk":
+        reflected = [m.lights() for m in maps] + unmapped
+        before = reflected[:-1] if settings.bounces > 1 else []
+        maps = []
+    clouds = []
+    for lights in (coherent(Vpls.concatenate(reflected)), coherent(Vpls.concatenate(before))):
+        if settings.pattern != "all":
+            weight = yield from draw_weight(tracer, lights, receivers, seed, settings.visibility)
+            lights = equalized(lights, weight, CLOUD)
+        clouds.append(lights)
+    return Lighting(tuple(maps), *clouds)
 
 
 def indirect(tracer: Tracer, surfels: Surfels, lighting: Lighting, settings: RsmSettings) -> Iterator[float]:
@@ -75,7 +90,14 @@ def indirect(tracer: Tracer, surfels: Surfels, lighting: Lighting, settings: Rsm
     reflected = lighting.reflected
     if settings.pattern == "all":
         return (yield from gather(tracer, surfels, reflected, every(reflected), len(reflected), visibility))
-    irradiance = yield from gather(tracer, surfels, reflected, strided(reflected, n, seed), n, visibility)
+    pattern = strided(reflected, n, seed)
+    # Without shadow rays there is no telling what is near in sight.
+    if settings.bound == "compensated" and visibility and len(reflected):
+        field = NearField.of(reflected, n)
+        irradiance = yield from gather(tracer, surfels, reflected, pattern, n, visibility, field.ceiling)
+        irradiance += yield from near_light(tracer, surfels, field, lighting.before, seed)
+    else:
+        irradiance = yield from gather(tracer, surfels, reflected, pattern, n, visibility)
     each = max(1, n // max(1, len(lighting.maps)))
     for k, source in enumerate(lighting.maps):
         pattern = disk_pattern(source, settings.disk_radius, each, settings.weighting == "literal", seed * 4096 + k)

@@ -9,9 +9,9 @@ counts texels off the map as dark.
 
 import numpy as np
 
+from ..gathering import Pattern
 from ..sampling import r2_sequence, rotated
 from ..surfels import Surfels
-from .gathering import Pattern
 from .maps import Map
 from .views import project
 

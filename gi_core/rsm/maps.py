@@ -8,10 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import tiles
-from ..sampling import morton
 from ..surfels import TILE, Surfels, along_rays
 from ..trace import Tracer
-from ..vectors import dot, length, lit
+from ..vectors import dot, length
 from ..vpls import Vpls
 from .views import Rays, View, rays
 
@@ -40,15 +39,6 @@ class Map:
         """A light for each texel, in the order of `surfels`."""
         s = self.surfels
         return Vpls(s.position, s.origin, s.normal, self.flux, self.area)
-
-    def vpls(self) -> Vpls:
-        """The lights of texels that reflect anything, along the Z-order curve: neighbours in the list are neighbours in
-        the map."""
-        order = np.arange(len(self.surfels))
-        if self.view is not None:
-            row, column = np.divmod(self.surfels.place, self.view.resolution)
-            order = np.argsort(morton(column, row), kind="stable")
-        return self.lights()[order[lit(self.flux[order])]]
 
 
 def render(tracer: Tracer, view: View, seed: int) -> Iterator[float]:

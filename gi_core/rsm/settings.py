@@ -30,6 +30,12 @@ class RsmSettings(Settings):
         choices=("exact", "literal"),
     )
     disk_radius: float = setting(0.3, "Radius of the disk pattern as a share of the map's side", low=0.001, high=2.0)
+    bound: str = setting(
+        "compensated",
+        "Keeps lights that are very near from making bright specks: clamped, with short rays that find again what the "
+        "clamp takes (exact), or by the disk that each light stands for",
+        choices=("compensated", "disc"),
+    )
     visibility: bool = setting(
         True, "Shadow rays between a point and the light reflected to it; without them light leaks"
     )

@@ -22,7 +22,7 @@ def facing(at, normal=(0, 0, -1), n=16):
 
 
 def irradiance(tracer, points, settings=SETTINGS):
-    lighting = tiles.finish(rsm.emit(tracer, settings))
+    lighting = tiles.finish(rsm.emit(tracer, points, settings))
     return tiles.finish(rsm.indirect(tracer, points, lighting, settings))
 
 
@@ -68,7 +68,7 @@ def test_tilted_ground_keeps_a_suns_flux():
     """Flux of an orthographic texel has no cosine: what a tilted plate intercepts it sends on."""
     slope = shapes.quad((-1, -1, -1), (1, -1, -1), (1, 1, 1), (-1, 1, 1))
     tracer = shapes.tracer([slope], [shapes.lamp("SUN", 2.0, (0, 0, 5))])
-    lighting = tiles.finish(rsm.emit(tracer, SETTINGS))
+    lighting = tiles.finish(rsm.emit(tracer, facing((0, 0, 1)), SETTINGS))
     assert np.isclose(lighting.reflected.flux.sum(0)[0], 2.0 * 4 * 0.5, rtol=0.01)
 
 
@@ -115,7 +115,7 @@ def test_the_same_seed_gives_the_same_bytes_and_tiles_do_not_show(monkeypatch):
     first = irradiance(tracer, at)
     assert np.array_equal(first, irradiance(tracer, at))
     assert not np.array_equal(first, irradiance(tracer, at, replace(SETTINGS, seed=1)))
-    monkeypatch.setattr("gi_bake.gi_core.rsm.gathering._PAIRS", 7 * SETTINGS.samples)
+    monkeypatch.setattr("gi_bake.gi_core.gathering._PAIRS", 7 * SETTINGS.samples)
     monkeypatch.setattr("gi_bake.gi_core.tiles.os.cpu_count", lambda: 1)
     assert np.allclose(first, irradiance(tracer, at), rtol=1e-6)
 
@@ -131,7 +131,7 @@ def test_no_light_and_no_surface_are_no_errors():
 def test_vertices_and_texels_of_a_lit_floor_agree():
     ceiling = shapes.plate(1, 0.5, up=False, name="ceiling")
     tracer = shapes.tracer([shapes.plate(0, 1), ceiling], [shapes.lamp("SPOT", 20, (0, 0, 0.9), spot_angle=1.5)])
-    lighting = tiles.finish(rsm.emit(tracer, SETTINGS))
+    lighting = tiles.finish(rsm.emit(tracer, facing((0, 0, 1)), SETTINGS))
     texels, centred = surfels.from_texels(tracer.geometry, "ceiling", "", (32, 32))
     corners = surfels.from_vertices(tracer.geometry, "ceiling")
     assert centred.all() and len(corners) == 4 and corners.place.tolist() == [0, 1, 2, 3]

@@ -44,11 +44,5 @@ def test_systematic_draws_in_proportion_and_never_what_weighs_nothing():
 
 
 def test_morton_interleaves_bits():
-    assert sampling.morton(np.array([0, 1, 0, 1, 2, 65535]), np.array([0, 0, 1, 1, 0, 65535])).tolist() == [
-        0,
-        1,
-        2,
-        3,
-        4,
-        2**32 - 1,
-    ]
+    cells = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [2, 0, 0], [1023, 1023, 1023]])
+    assert sampling.morton(cells).tolist() == [0, 1, 2, 4, 8, 2**30 - 1]

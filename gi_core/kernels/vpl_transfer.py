@@ -16,9 +16,9 @@ from ..vectors import dot
 def transfer(position, normal, light_position, light_normal, light_area) -> np.ndarray:
     """Irradiance over flux for each pair: cosθ_p cosθ_x / (π d² + A_p).
 
-    position, normal: (n, 1, 3) or (n, s, 3) float32 receivers; light_position, light_normal: (n, s, 3); light_area: (n,
-        s) [m²].
-    Returns (n, s) float32 [1/m²].
+    position, normal: (..., 3) float32 receivers; light_position, light_normal: (..., 3); light_area: (...) [m²]; what
+        numpy broadcasts to one shape.
+    Returns (...) float32 [1/m²].
     """
     d = light_position - position
     d2 = dot(d, d)

@@ -1,0 +1,280 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The bake: one job, run alike by the panel, the command line, scripts and tests.
+
+    job = Job(method="rsm", target="image")
+    result = finish(bake(scene, view_layer, job))
+
+`bake` is a generator of (fraction, stage), 0…1; its value is a `Result` of plain arrays. Nothing in the file is
+touched: `write` puts a result there. Closing the generator cancels the bake and leaves everything as it was.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ..gi_core import images, rsm, surfels
+from ..gi_core.direct import lamps, surroundings
+from ..gi_core.geometry import Geometry
+from ..gi_core.rsm.settings import RsmSettings
+from ..gi_core.scene import Camera
+from ..gi_core.settings import SettingError, Settings
+from ..gi_core.surfels import Surfels
+from ..gi_core.trace import Tracer
+from . import preflight
+from .read import read_scene
+
+METHODS = {"rsm": RsmSettings}
+TARGETS = ("image", "lightmap", "vertices")
+
+# Side of a lightmap where none is asked for [texels].
+LIGHTMAP_SIDE = 256
+
+# What the stages that take long take of the whole, roughly; the bar follows it.
+_WEIGHTS = {
+    "read": 5,
+    "trees": 3,
+    "points": 7,
+    "lamps": 10,
+    "surroundings": 10,
+    "maps": 10,
+    "gather": 45,
+    "denoise": 10,
+}
+
+
+class NotThere(ValueError):
+    """What was asked for is not part of this version."""
+
+
+class Refused(Exception):
+    """The preflight found what would make the bake fail. findings: what it found."""
+
+    def __init__(self, findings: list[preflight.Finding]):
+        super().__init__("; ".join(f"{f.code}: {f.message}" for f in findings if f.severity == "ERROR"))
+        self.findings = findings
+
+
+@dataclass(frozen=True)
+class Job:
+    """What to bake.
+
+    method: a technique, see METHODS. target: see TARGETS.
+    objects: names of the objects that get lightmaps or vertex light; empty means every mesh that renders.
+    resolution: side of each lightmap, or the longer side of the camera image [px]; None means LIGHTMAP_SIDE, or the
+        scene's own.
+    uv: name of the UV map that lightmaps lie on; "" means each mesh's active render UV map.
+    settings: of the technique.
+    """
+
+    method: str = "rsm"
+    target: str = "image"
+    objects: tuple[str, ...] = ()
+    resolution: int | None = None
+    uv: str = ""
+    settings: Settings = field(default_factory=RsmSettings)
+
+    def __post_init__(self):
+        if self.method not in METHODS:
+            raise NotThere(f"the method '{self.method}' is not there yet; there is {', '.join(METHODS)}")
+        if self.target not in TARGETS:
+            raise NotThere(f"the target '{self.target}' is not there yet; there are {', '.join(TARGETS)}")
+        if self.settings.device == "gpu":
+            raise NotThere("baking on the graphics card is not there yet; use device auto or cpu")
+        if self.resolution is not None and not 4 <= self.resolution <= 16384:
+            raise SettingError(f"the resolution is {self.resolution}; it goes from 4 to 16384 pixels")
+
+
+@dataclass(frozen=True)
+class Light:
+    """Light on one receiver, E/π, "light without colour" as Cycles' passes and bakes hold it.
+
+    direct, indirect: (h, w, 3) float32 of a lightmap, or (v, 3) of vertices.
+    valid: (h, w) or (v,) bool, where a surface is.
+    centred: bool, same shape: the surface covers the texel's centre, not only a part of it.
+    """
+
+    direct: np.ndarray
+    indirect: np.ndarray
+    valid: np.ndarray
+    centred: np.ndarray
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a bake gives.
+
+    layers: pass name -> (h, w, c) float32 of the camera image, else empty.
+    light: object name -> Light of lightmaps or vertices, else empty.
+    device: what computed. stages: name -> seconds, in order.
+    approximated, warnings: sentences.
+    """
+
+    job: Job
+    layers: dict[str, np.ndarray]
+    light: dict[str, Light]
+    device: str
+    stages: dict[str, float]
+    approximated: tuple[str, ...]
+    warnings: tuple[str, ...]
+
+
+class Stages:
+    """Seconds by stage, and how far the whole is."""
+
+    def __init__(self):
+        self.seconds: dict[str, float] = {}
+        self._fraction = 0.0
+
+    @contextmanager
+    def time(self, name: str):
+        """Adds what happens inside to a stage."""
+        begin = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - begin
+
+    def run(self, name: str, work: Iterator[float]) -> Iterator[tuple[float, str]]:
+        """A stage's generator of 0…1 as one of (fraction of all, stage); returns its value."""
+        before = sum(_WEIGHTS[s] for s in self.seconds if s in _WEIGHTS) / sum(_WEIGHTS.values())
+        share = _WEIGHTS[name] / sum(_WEIGHTS.values())
+        with self.time(name):
+            while True:
+                try:
+                    self._fraction = max(self._fraction, before + share * next(work))
+                    yield self._fraction, name
+                except StopIteration as stop:
+                    return stop.value
+
+
+def bake(
+    scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, job: Job, output: Path | None = None
+) -> Iterator[tuple[float, str]]:
+    """The light of a scene at its current frame. A generator of (fraction, stage); returns a Result.
+
+    output: the folder that files will go to, to be looked at before the work and not after it.
+
+    Raises Refused, before any work, where the preflight finds errors.
+    """
+    stages = Stages()
+    yield 0.0, "check"
+    with stages.time("check"):
+        findings = preflight.check(scene, view_layer, target=job.target, objects=job.objects, uv=job.uv, output=output)
+    if any(f.severity == "ERROR" for f in findings):
+        raise Refused(findings)
+
+    yield 0.0, "read"
+    with stages.time("read"):
+        core = read_scene(scene, view_layer)
+    with stages.time("trees"):
+        tracer = Tracer(Geometry(core))
+    receivers = yield from stages.run("points", _receivers(tracer, job))
+
+    settings = _per_point(job)
+    points = Surfels.concatenate([r.points for r in receivers])
+    direct_light = yield from stages.run("lamps", lamps(tracer, points, settings.light_samples, settings.seed))
+    around = yield from stages.run("surroundings", surroundings(tracer, points, settings.samples, settings.seed))
+    lighting = yield from stages.run("maps", rsm.emit(tracer, points, settings))
+    indirect_light = yield from stages.run("gather", rsm.indirect(tracer, points, lighting, settings))
+    if settings.denoise == "bilateral":
+        noisy = np.concatenate([around, indirect_light], -1)
+        clean = yield from stages.run("denoise", _denoised(receivers, noisy, settings.denoise_passes))
+        around, indirect_light = clean[:, :3], clean[:, 3:]
+    direct_light += around
+
+    with stages.time("layers"):
+        lit = list(zip(receivers, _split(receivers, direct_light), _split(receivers, indirect_light)))
+        layers, light = {}, {}
+        if job.target == "image":
+            [(receiver, there, here)] = lit
+            camera = _camera(core.camera, job.resolution)
+            transparent = scene.render.film_transparent
+            layers = images.camera_layers(
+                receiver.points, there, here, camera, core.environment, settings.antialias, transparent
+            )
+        else:
+            light = {r.name: r.light(there, here) for r, there, here in lit}
+    warnings = tuple(f"{f.code}: {f.message}" for f in findings)
+    return Result(job, layers, light, "cpu", stages.seconds, core.approximated, warnings)
+
+
+@dataclass(frozen=True)
+class _Receiver:
+    """The points of an image, a lightmap or a mesh's vertices; shape: (h, w) or (v,) of what they are places in."""
+
+    name: str
+    points: Surfels
+    shape: tuple[int, ...]
+    centred: np.ndarray
+
+    def light(self, direct_light: np.ndarray, indirect_light: np.ndarray) -> Light:
+        count = int(np.prod(self.shape))
+        values = np.zeros((2, count, 3), np.float32)
+        values[:, self.points.place] = direct_light / np.pi, indirect_light / np.pi
+        masks = np.zeros((2, count), bool)
+        masks[0, self.points.place], masks[1, self.points.place] = True, self.centred
+        return Light(*values.reshape(2, *self.shape, 3), *masks.reshape(2, *self.shape))
+
+
+def _per_point(job: Job) -> Settings:
+    """The job's settings with a pixel's samples shared out among its subpixels."""
+    settings = job.settings
+    if job.target != "image":
+        return settings
+    share = settings.antialias**2
+    return replace(settings, samples=-(-settings.samples // share), light_samples=-(-settings.light_samples // share))
+
+
+def _receivers(tracer: Tracer, job: Job) -> Iterator[float]:
+    """What gets light: a generator of progress; returns a list of _Receiver."""
+    scene = tracer.geometry.scene
+    if job.target == "image":
+        camera, subpixels = _camera(scene.camera, job.resolution), job.settings.antialias
+        points = yield from surfels.from_camera(tracer, camera, subpixels)
+        shape = (camera.resolution[1] * subpixels, camera.resolution[0] * subpixels)
+        return [_Receiver("", points, shape, np.ones(len(points), bool))]
+
+    receivers = []
+    names = job.objects or tuple(i.name for i in scene.instances if not i.is_copy)
+    side = job.resolution or LIGHTMAP_SIDE
+    for k, name in enumerate(names):
+        if job.target == "lightmap":
+            points, centred = surfels.from_texels(tracer.geometry, name, job.uv, (side, side))
+            shape = (side, side)
+        else:
+            points = surfels.from_vertices(tracer.geometry, name)
+            centred = np.ones(len(points), bool)
+            shape = (len(tracer.geometry.mesh_of(name)[0].vertices),)
+        receivers.append(_Receiver(name, points, shape, centred))
+        yield (k + 1) / len(names)
+    return receivers
+
+
+def _camera(camera: Camera, side: int | None) -> Camera:
+    """The camera with its longer side at so many pixels."""
+    if side is None:
+        return camera
+    longer = max(camera.resolution)
+    return replace(camera, resolution=tuple(max(1, round(n * side / longer)) for n in camera.resolution))
+
+
+def _split(receivers: list[_Receiver], values: np.ndarray) -> list[np.ndarray]:
+    """Values of all points, by receiver."""
+    return np.split(values, np.cumsum([len(r.points) for r in receivers])[:-1])
+
+
+def _denoised(receivers: list[_Receiver], irradiance: np.ndarray, passes: int) -> Iterator[float]:
+    """Irradiance smoothed in those receivers that are images: (n, c). A generator of progress; returns the values."""
+    parts = _split(receivers, irradiance)
+    for k, receiver in enumerate(receivers):
+        if len(receiver.shape) == 2:
+            parts[k] = yield from images.smoothed(parts[k], receiver.points, receiver.shape[::-1], passes)
+    return np.concatenate(parts)

@@ -1,0 +1,275 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The command line: one parser for two ways in.
+
+    blender SCENE.blend --command gi_bake SUBCOMMAND ...     the installed extension
+    gi-bake SUBCOMMAND SCENE.blend ...                       with the bpy wheel
+
+Exit codes: 0 done, 2 wrong usage, 3 refused by the preflight, 4 failed, 130 cancelled.
+"""
+
+import argparse
+import json
+import signal
+import sys
+import time
+import traceback
+from dataclasses import asdict, fields
+from pathlib import Path
+
+import bpy
+
+from ..gi_core.settings import SettingError, updated
+from . import preflight
+from .bake import METHODS, Job, NotThere, Refused, Result, bake
+from .compare import compare
+from .compare.report import finite
+from .standard_output import quiet
+from .write.results import export, store
+
+DONE, USAGE, REFUSED, FAILED, CANCELLED = 0, 2, 3, 4, 130
+
+
+class UsageError(Exception):
+    """What was asked for cannot be done as it was written."""
+
+
+def parser(prog: str, takes_scene: bool) -> argparse.ArgumentParser:
+    """takes_scene: the .blend is an argument; else it is the file that Blender has open."""
+    top = argparse.ArgumentParser(prog=prog, description="Bake global illumination and measure it against Cycles.")
+    commands = top.add_subparsers(dest="command", required=True, metavar="bake|compare|check")
+    for name, text in (
+        ("bake", "bake light and write it to files, and with --save into the .blend"),
+        ("compare", "bake, render the same with Cycles, and report how far apart they are"),
+        ("check", "say what would keep the scene from baking, without baking it"),
+    ):
+        sub = commands.add_parser(
+            name, help=text, description=text[0].upper() + text[1:] + ".", epilog=_settings_help(),
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+        )  # fmt: skip
+        if takes_scene:
+            sub.add_argument("scene", metavar="SCENE.blend", type=Path)
+        sub.add_argument("--method", default="rsm", metavar="rsm|lpv|ssgi", help="technique (rsm)")
+        sub.add_argument(
+            "--target",
+            default="image",
+            metavar="image|lightmap|vertices|volume",
+            help="what the light is baked for (image)",
+        )
+        sub.add_argument("--output", type=Path, metavar="DIR", help="folder for files (gi_bake beside the .blend)")
+        sub.add_argument(
+            "--resolution", type=int, metavar="N", help="side of lightmaps, or longer side of the image [px]"
+        )
+        sub.add_argument("--objects", default="", metavar="NAME,…", help="objects to bake (all that render)")
+        sub.add_argument("--frame", type=int, metavar="N", help="frame to bake (the current one)")
+        sub.add_argument("--set", action="append", default=[], metavar="KEY=VALUE", help="any setting; see below")
+        sub.add_argument("--seed", metavar="N", help="start of the random sequence")
+        sub.add_argument("--device", metavar="auto|cpu|gpu", help="what computes")
+        sub.add_argument(
+            "--save", nargs="?", const="", metavar="FILE", help="save a .blend with the results (in the output folder)"
+        )
+        sub.add_argument(
+            "--json", action="store_true", help="print one JSON object on standard output and nothing else"
+        )
+        if name == "compare":
+            sub.add_argument("--reference-samples", type=int, default=1024, metavar="N", help="Cycles' samples (1024)")
+    return top
+
+
+def main(argv: list[str] | None = None) -> int:
+    """The console script: opens the .blend itself."""
+    arguments = parser("gi-bake", takes_scene=True).parse_args(argv)
+    return _run(arguments, arguments.scene)
+
+
+def command(argv: list[str]) -> int:
+    """Blender's --command: works on the file that is open."""
+    try:
+        arguments = parser("blender SCENE.blend --command gi_bake", takes_scene=False).parse_args(argv)
+    except SystemExit as stop:
+        return int(stop.code or 0)
+    return _run(arguments, None)
+
+
+def _run(arguments: argparse.Namespace, path: Path | None) -> int:
+    """Runs a subcommand; errors become a line on standard error and an exit code."""
+    # Blender answers an interrupt in its own way, or not at all; ours unwinds the bake.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    try:
+        with quiet():
+            code, answer = DONE, _COMMANDS[arguments.command](arguments, path)
+    except (UsageError, NotThere, SettingError) as error:
+        code, answer = USAGE, {"error": str(error)}
+    except Refused as refused:
+        code, answer = REFUSED, {"error": "refused", "findings": [asdict(f) for f in refused.findings]}
+    except KeyboardInterrupt:
+        code, answer = CANCELLED, {"error": "cancelled; nothing was written"}
+    except Exception as error:
+        traceback.print_exc()
+        code, answer = FAILED, {"error": f"failed: {error}"}
+    finally:
+        # None: whoever handled it before was not Python, and cannot be put back from here.
+        if before is not None:
+            signal.signal(signal.SIGINT, before)
+
+    if code != DONE:
+        sys.stderr.write(f"gi-bake: {answer['error']}\n" + "".join(_finding(f) for f in answer.get("findings", ())))
+    if arguments.json:
+        sys.stdout.write(json.dumps(finite(answer), indent=1, allow_nan=False) + "\n")
+    elif code == DONE:
+        sys.stdout.write(_table(answer))
+    sys.stdout.flush()
+    return code
+
+
+def _check(arguments: argparse.Namespace, path: Path | None) -> dict:
+    scene, view_layer = _open(arguments, path)
+    job = _job(arguments)
+    findings = preflight.check(
+        scene, view_layer, target=job.target, objects=job.objects, uv=job.uv, output=_output(arguments, scene)
+    )
+    if any(f.severity == "ERROR" for f in findings):
+        raise Refused(findings)
+    return {"findings": [asdict(f) for f in findings]}
+
+
+def _bake(arguments: argparse.Namespace, path: Path | None) -> dict:
+    answer, _, _, _ = _baked(arguments, path)
+    return answer
+
+
+def _compare(arguments: argparse.Namespace, path: Path | None) -> dict:
+    answer, result, scene, view_layer = _baked(arguments, path)
+    _progress(1.0, "Cycles")
+    report = compare(result, scene, view_layer, samples=arguments.reference_samples, folder=_output(arguments, scene))
+    _progress(None, "")
+    answer["outputs"] += [str(p) for p in report.paths]
+    answer["metrics"] = report.metrics
+    answer["stages"]["Cycles"] = report.seconds
+    return answer
+
+
+_COMMANDS = {"bake": _bake, "compare": _compare, "check": _check}
+
+
+def _baked(
+    arguments: argparse.Namespace, path: Path | None
+) -> tuple[dict, Result, bpy.types.Scene, bpy.types.ViewLayer]:
+    """The bake that `bake` and `compare` share: files written, and what is said about it."""
+    job = _job(arguments)
+    scene, view_layer = _open(arguments, path)
+    output = _output(arguments, scene)
+    begin = time.perf_counter()
+    result = _followed(bake(scene, view_layer, job, output))
+
+    written = time.perf_counter()
+    outputs = [str(p) for p in export(result, output, view_layer.name)]
+    if arguments.save is not None:
+        store(result, scene)
+        file = Path(arguments.save) if arguments.save else output / (Path(bpy.data.filepath).name or "untitled.blend")
+        bpy.ops.wm.save_as_mainfile(filepath=str(file.resolve()), copy=True, compress=True, relative_remap=True)
+        outputs.append(str(file))
+    stages = {**result.stages, "write": time.perf_counter() - written}
+    answer = {
+        "method": job.method, "target": job.target, "device": result.device,
+        "stages": {k: round(v, 4) for k, v in stages.items()}, "seconds": round(time.perf_counter() - begin, 4),
+        "outputs": outputs, "metrics": None,
+        "approximated": list(result.approximated), "warnings": list(result.warnings),
+    }  # fmt: skip
+    return answer, result, scene, view_layer
+
+
+def _job(arguments: argparse.Namespace) -> Job:
+    if arguments.method not in METHODS:
+        raise NotThere(f"the method '{arguments.method}' is not there yet; there is {', '.join(METHODS)}")
+    texts = {}
+    for item in arguments.set:
+        name, equals, value = item.partition("=")
+        if not equals:
+            raise UsageError(f"--set takes KEY=VALUE, not '{item}'")
+        texts[name] = value
+    texts |= {k: v for k in ("seed", "device") if (v := getattr(arguments, k)) is not None}
+    return Job(
+        method=arguments.method,
+        target=arguments.target,
+        objects=tuple(name for name in arguments.objects.split(",") if name),
+        resolution=arguments.resolution,
+        settings=updated(METHODS[arguments.method](), texts),
+    )
+
+
+def _open(arguments: argparse.Namespace, path: Path | None) -> tuple[bpy.types.Scene, bpy.types.ViewLayer]:
+    """The scene to work on, at the frame asked for."""
+    if path is not None:
+        if not path.is_file():
+            raise UsageError(f"there is no file {path}")
+        try:
+            bpy.ops.wm.open_mainfile(filepath=str(path.resolve()), load_ui=False)
+        except RuntimeError as error:
+            finding = preflight.Finding(
+                "UNREADABLE_FILE", "ERROR", path.name, f"Blender cannot read {path}: {error}".strip(),
+                "Open it in Blender to see whether it is damaged or from a newer version",
+            )  # fmt: skip
+            raise Refused([finding]) from error
+    scene = bpy.context.scene
+    if arguments.frame is not None:
+        scene.frame_set(arguments.frame)
+    return scene, bpy.context.view_layer
+
+
+def _output(arguments: argparse.Namespace, scene: bpy.types.Scene) -> Path:
+    if arguments.output:
+        return arguments.output
+    return Path(bpy.data.filepath).parent / "gi_bake" if bpy.data.filepath else Path("gi_bake")
+
+
+def _followed(job) -> Result:
+    """Exhausts a bake, with its progress in one line on standard error."""
+    try:
+        while True:
+            fraction, stage = next(job)
+            _progress(fraction, stage)
+    except StopIteration as stop:
+        return stop.value
+    finally:
+        job.close()
+        _progress(None, "")
+
+
+def _progress(fraction: float | None, stage: str):
+    """One updating line where a person watches; a log gets no thousand lines. None clears it."""
+    if sys.stderr.isatty():
+        sys.stderr.write("\r\x1b[K" if fraction is None else f"\r\x1b[K{fraction:4.0%}  {stage}")
+        sys.stderr.flush()
+
+
+def _finding(finding: dict) -> str:
+    where = f" [{finding['object']}]" if finding["object"] else ""
+    return f"{finding['severity']} {finding['code']}{where}: {finding['message']} {finding['remedy']}\n"
+
+
+def _table(answer: dict) -> str:
+    """What a person reads: stages and seconds, outputs, errors."""
+    if "findings" in answer:
+        return "".join(_finding(f) for f in answer["findings"]) or "ready to bake\n"
+    lines = [f"{answer['method']} {answer['target']} on {answer['device']}"]
+    lines += [f"  {stage:<10}{seconds:8.2f} s" for stage, seconds in answer["stages"].items()]
+    lines += [f"  {'bake':<10}{answer['seconds']:8.2f} s"]
+    for name, values in (answer["metrics"] or {}).items():
+        lines.append(f"  {name}: " + "  ".join(f"{k} {v:.4g}" for k, v in values.items()))
+    lines += [f"approximated: {text}" for text in answer["approximated"]]
+    lines += [f"warning: {text}" for text in answer["warnings"]]
+    lines += [f"wrote {path}" for path in answer["outputs"]]
+    return "\n".join(lines) + "\n"
+
+
+def _settings_help() -> str:
+    lines = []
+    for method, kind in METHODS.items():
+        lines.append(f"settings of {method} (--set KEY=VALUE):")
+        for f in fields(kind):
+            m = f.metadata
+            allowed = "|".join(m["choices"]) if m["choices"] else f"{m['low']}…{m['high']} {m['unit']}".strip()
+            allowed = "true|false" if isinstance(f.default, bool) else allowed
+            lines.append(f"  {f.name} = {f.default}  ({allowed})\n      {m['description']}")
+    return "\n".join(lines)

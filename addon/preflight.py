@@ -1,0 +1,288 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Everything that would make a bake fail or come out black, found before it starts.
+
+The scene is read as the bake will read it, all but the pixels of images, so that what is said here is what happens
+there. Codes are part of the interface: scripts compare them, so they keep their names.
+"""
+
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ..gi_core.scene import Camera, Mesh, Scene, Texture
+from .read import read_depsgraph
+from .read.render_depsgraph import with_render_depsgraph
+from .write.attributes import AttributeTargetError, check_targets
+
+_SURFACES = {"MESH", "CURVE", "FONT", "SURFACE", "META"}
+
+# How far UV coordinates may leave the unit square: less than a texel of any lightmap.
+_UV_TOLERANCE = 1e-4
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One thing that is wrong.
+
+    code: stable name, UPPER_SNAKE.
+    severity: "ERROR" stops a bake, "WARNING" does not.
+    object: name of the object or data-block, "" where it is none.
+    message, remedy: a sentence each.
+    """
+
+    code: str
+    severity: str
+    object: str
+    message: str
+    remedy: str
+
+
+def check(
+    scene: bpy.types.Scene,
+    view_layer: bpy.types.ViewLayer,
+    target: str = "image",
+    objects: Sequence[str] = (),
+    uv: str = "",
+    output: str | Path | None = None,
+) -> list[Finding]:
+    """What stands in the way of a bake of `view_layer` of `scene`, errors first.
+
+    target: "image", "lightmap", "vertices" or "volume".
+    objects: names of the objects that get results; empty for all that render.
+    uv: name of the UV map that lightmaps lie on; "" for each mesh's own that renders.
+    output: path of the folder for files; None where none are written.
+
+    The file is not changed. Raises RuntimeError where Blender cannot render now.
+    """
+    camera = scene.camera
+    findings = [*_check_output(output), *_check_libraries()]
+    if target == "image" and camera is None:
+        findings.append(_error("NO_CAMERA", "", f"Scene '{scene.name}' has no camera.", "Add one and make it active."))
+
+    def look(depsgraph: bpy.types.Depsgraph) -> Iterator[Finding]:
+        images = _ImageCheck()
+        core = read_depsgraph(depsgraph, camera, images)
+        yield from images.findings
+        yield from _check_lights(depsgraph)
+        yield from _check_light(core, scene)
+        yield from _check_geometry(core, objects)
+        yield from _check_receivers(core, scene, target, objects)
+        if target == "image" and camera:
+            yield from _check_camera(core, camera)
+        if target == "lightmap":
+            yield from _check_uvs(core, objects, uv)
+        if target == "vertices":
+            yield from _check_vertices(core, scene, objects)
+
+    findings += with_render_depsgraph(scene, view_layer, lambda depsgraph: list(look(depsgraph)))
+    return sorted(dict.fromkeys(findings), key=lambda finding: finding.severity)
+
+
+def _error(code: str, name: str, message: str, remedy: str) -> Finding:
+    return Finding(code, "ERROR", name, message, remedy)
+
+
+def _warning(code: str, name: str, message: str, remedy: str) -> Finding:
+    return Finding(code, "WARNING", name, message, remedy)
+
+
+def _check_output(output: str | Path | None) -> Iterator[Finding]:
+    if output is None:
+        return
+    if str(output).startswith("//") and not bpy.data.filepath:
+        message = f"The output folder '{output}' is relative to the .blend file, which is not saved."
+        yield _error("UNSAVED_RELATIVE_PATH", "", message, "Save the file or give an absolute path.")
+        return
+    folder = Path(bpy.path.abspath(str(output))).absolute()
+    existing = next(path for path in (folder, *folder.parents) if path.exists())
+    if not existing.is_dir() or not os.access(existing, os.W_OK | os.X_OK):
+        reason = "may not be written to" if existing.is_dir() else "is a file"
+        message = f"The output folder '{folder}' cannot be used: '{existing}' {reason}."
+        yield _error("OUTPUT_NOT_WRITABLE", "", message, "Choose another folder.")
+
+
+def _check_libraries() -> Iterator[Finding]:
+    for library in bpy.data.libraries:
+        if library.is_missing:
+            message = f"The linked file '{library.filepath}' is missing; what it holds is left out."
+            yield _warning("MISSING_LIBRARY", library.name, message, "Relocate the library.")
+
+
+class _ImageCheck:
+    """Stands in for the reader of images: says which cannot be read and spares the reading."""
+
+    def __init__(self):
+        self.findings: list[Finding] = []
+
+    def texture(self, node: bpy.types.Node, owner: str) -> Texture:
+        image = node.image
+        if image is None:
+            message = f"{owner}: its image node '{node.name}' has no image."
+            self.findings.append(_error("MISSING_IMAGE", node.name, message, "Choose an image or remove the node."))
+        elif not image.original.size[0]:  # the original keeps what is loaded to answer this
+            message = f"{owner}: image '{image.name}' cannot be read from '{image.filepath}'."
+            self.findings.append(_error("MISSING_IMAGE", image.name, message, "Relink the file or pack it."))
+        return Texture("", np.ones((1, 1, 3), np.float32))
+
+
+def _check_lights(depsgraph: bpy.types.Depsgraph) -> Iterator[Finding]:
+    """Lights that render and give nothing."""
+    for entry in depsgraph.object_instances:
+        name, data, matrix = entry.object.name, entry.object.data, np.array(entry.matrix_world)
+        if entry.object.type != "LIGHT" or not entry.show_self:
+            continue
+        if not _finite(matrix):
+            yield _not_finite(name, "Its place, rotation or scale is")
+        elif data.type == "AREA" and not _light_area(data, matrix):
+            message = f"Area light '{name}' has no area, so it gives no light."
+            yield _error("ZERO_AREA_LIGHT", name, message, "Give it a size and a scale, or hide it in render.")
+        elif not data.energy or not any(data.color):
+            message = f"Light '{name}' has no power or is black."
+            yield _warning("DARK_LIGHT", name, message, "Give it power, or hide it in render.")
+
+
+def _light_area(data: bpy.types.AreaLight, matrix: np.ndarray) -> float:
+    size_y = data.size_y if data.shape in {"RECTANGLE", "ELLIPSE"} else data.size
+    return data.size * size_y * np.linalg.norm(matrix[:3, 0]) * np.linalg.norm(matrix[:3, 1])
+
+
+def _check_light(core: Scene, scene: bpy.types.Scene) -> Iterator[Finding]:
+    """Whether there is any light, and anything that reflects it."""
+    emitted = core.environment.color.any() or any(material.emission.value.any() for material in core.materials)
+    if not core.lights and not emitted:
+        idle = ", ".join(f"'{there.name}'" for there in scene.objects if there.type == "LIGHT")
+        message = "No light shines in render, no material emits and the world is black."
+        message += f" There is {idle}, hidden in render or without power." if idle else ""
+        yield _error("NO_LIGHT", "", message, "Add a light, show one in render or give the world a colour.")
+    if core.instances and not any(material.albedo.value.any() for material in core.materials):
+        message = "No material has a diffuse colour, so no light is reflected."
+        yield _warning("NO_DIFFUSE_SURFACE", "", message, "Give some a diffuse colour: metal and glass have none.")
+
+
+def _check_geometry(core: Scene, objects: Sequence[str]) -> Iterator[Finding]:
+    """Surfaces that no ray can hit."""
+    finite = [_finite(mesh.vertices) for mesh in core.meshes]
+    extended = [_areas(mesh.vertices[mesh.triangles]).any() for mesh in core.meshes]
+    for instance in core.instances:
+        name, mesh, matrix = instance.name, core.meshes[instance.mesh], instance.matrix[:3, :3]
+        if not _finite(instance.matrix):
+            yield _not_finite(name, "Its place, rotation or scale is")
+        elif not finite[instance.mesh]:
+            yield _not_finite(name, "A vertex of it is")
+        elif not extended[instance.mesh] or (
+            not np.linalg.det(matrix) and not _areas((mesh.vertices @ matrix.T)[mesh.triangles]).any()
+        ):
+            finding = _error if name in objects else _warning
+            message = f"No face of '{name}' has an area."
+            yield finding("ZERO_AREA", name, message, "Give it a shape and a scale, or hide it in render.")
+
+
+def _finite(values: np.ndarray) -> bool:
+    """Whether numbers are ones to reckon with: their squares must fit into float32 too."""
+    return bool((np.abs(values) < 1e18).all())
+
+
+def _not_finite(name: str, what: str) -> Finding:
+    message = f"'{name}' cannot be placed. {what} infinitely far or not a number."
+    return _error("NON_FINITE", name, message, "Repair or delete it, or hide it in render.")
+
+
+def _areas(corners: np.ndarray) -> np.ndarray:
+    """Areas of triangles or UV triangles, twice: (n, 3, 2 or 3) -> (n,)."""
+    with np.errstate(invalid="ignore", over="ignore"):
+        a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+        cross = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0] if corners.shape[2] == 2 else np.cross(a, b)
+        return np.abs(cross) if cross.ndim == 1 else np.linalg.norm(cross, axis=1)
+
+
+def _check_receivers(core: Scene, scene: bpy.types.Scene, target: str, objects: Sequence[str]) -> Iterator[Finding]:
+    """Whether what is to get results is there."""
+    own = {instance.name for instance in core.instances if not instance.is_copy}
+    yield from (_why_not_there(scene, name) for name in objects if name not in own)
+    if not core.instances or (target in {"lightmap", "vertices"} and not own):
+        message = "Nothing with a surface renders in this view layer."
+        yield _error("NOTHING_TO_BAKE", "", message, "Add a mesh, or show one in render.")
+
+
+def _why_not_there(scene: bpy.types.Scene, name: str) -> Finding:
+    there = scene.objects.get(name)
+    if there is None:
+        return _error("UNKNOWN_OBJECT", name, f"Scene '{scene.name}' has no object '{name}'.", "Check the spelling.")
+    if there.type not in _SURFACES:
+        return _error("NOT_A_SURFACE", name, f"'{name}' is of type {there.type}.", "Choose a mesh.")
+    if there.type == "MESH" and not there.data.polygons and not there.modifiers:
+        return _error("NO_FACES", name, f"Mesh object '{name}' has no faces.", "Give it some, or leave it out.")
+    message = f"'{name}' does not render: it or its collection is hidden or excluded, or nothing is left of its faces."
+    return _error("HIDDEN_IN_RENDER", name, message, "Show it in render, or leave it out.")
+
+
+def _check_camera(core: Scene, camera: bpy.types.Object) -> Iterator[Finding]:
+    if core.camera is None:
+        message = f"Camera '{camera.name}' is neither perspective nor orthographic."
+        yield _error("UNSUPPORTED_CAMERA", camera.name, message, "Change its type.")
+    elif not _finite(core.camera.matrix):
+        yield _not_finite(camera.name, "Its place, rotation or scale is")
+    elif core.instances and not _sees(core.camera, core):
+        message = f"Camera '{camera.name}' sees no surface."
+        yield _warning("NOTHING_IN_VIEW", camera.name, message, "Turn it to the scene, or look at its clip distances.")
+
+
+def _sees(camera: Camera, core: Scene) -> bool:
+    """Whether the bounding box of any instance may be in the camera's view."""
+    bounds = np.array([[mesh.vertices.min(0), mesh.vertices.max(0)] for mesh in core.meshes], np.float64)
+    pick = np.indices((2, 2, 2)).reshape(3, 8)
+    corners = np.stack([bounds[:, pick[axis], axis] for axis in range(3)] + [np.ones((len(bounds), 8))], 1)
+    matrices = np.linalg.inv(camera.matrix) @ [instance.matrix for instance in core.instances]
+    x, y, z, _ = np.moveaxis(matrices @ corners[[instance.mesh for instance in core.instances]], 1, 0)
+    depth = -z if camera.kind == "PERSPECTIVE" else 1.0
+    left, right, bottom, top = camera.window
+    near, far = camera.clip
+    outside = [x < left * depth, x > right * depth, y < bottom * depth, y > top * depth, -z < near, -z > far]
+    return not np.any([side.all(1) for side in outside], axis=0).all()
+
+
+def _receivers(core: Scene, objects: Sequence[str]) -> Iterator[tuple[str, Mesh]]:
+    """Name and mesh of each object that results are for."""
+    for instance in core.instances:
+        if not instance.is_copy and (not objects or instance.name in objects):
+            yield instance.name, core.meshes[instance.mesh]
+
+
+def _check_uvs(core: Scene, objects: Sequence[str], uv: str) -> Iterator[Finding]:
+    for name, mesh in _receivers(core, objects):
+        chosen = uv or mesh.render_uv
+        uv_map = mesh.uvs.get(chosen)
+        if uv_map is None:
+            message = f"'{name}' has no UV map" + (f" '{uv}'." if uv else ".")
+            yield _error("NO_UV_MAP", name, message, "Unwrap it, or leave it out.")
+            continue
+        area = _areas(uv_map).sum() / 2
+        if not area > 0:
+            message = f"No face of '{name}' has an area on UV map '{chosen}'."
+            yield _error("EMPTY_UV_MAP", name, message, "Unwrap it.")
+        elif uv_map.min() < -_UV_TOLERANCE or uv_map.max() > 1 + _UV_TOLERANCE:
+            message = f"UV map '{chosen}' of '{name}' leaves the unit square, and what lies outside is not baked."
+            yield _warning("UV_OUTSIDE", name, message, "Pack the islands, or bake to another UV map.")
+        elif area > 1 + _UV_TOLERANCE:
+            message = f"Faces of '{name}' overlap on UV map '{chosen}' and would share their light."
+            yield _warning("UV_OVERLAP", name, message, "Unwrap it without overlaps, or bake to another UV map.")
+
+
+def _check_vertices(core: Scene, scene: bpy.types.Scene, objects: Sequence[str]) -> Iterator[Finding]:
+    """Whether results can be written to the vertices of the meshes as the user made them."""
+    remedy = "Leave the object out, or bake to a lightmap."
+    for name, mesh in _receivers(core, objects):
+        there = scene.objects[name]
+        try:
+            check_targets([there])
+        except AttributeTargetError as error:
+            yield _error("VERTICES_NOT_WRITABLE", name, f"{error}.", remedy)
+            continue
+        if len(there.data.vertices) != len(mesh.vertices):
+            message = f"Modifiers change the number of vertices of '{name}', so light cannot go to them."
+            yield _error("VERTICES_MODIFIED", name, message, f"Apply the modifiers. {remedy}")

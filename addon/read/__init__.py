@@ -1,0 +1,42 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From Blender to `gi_core.Scene`: one file per type of data, and the evaluated scene that they read from."""
+
+import bpy
+
+from ...gi_core.scene import Scene
+from .camera import read_camera
+from .images import ImageReader
+from .lights import read_lights
+from .materials import MaterialReader
+from .objects import read_objects
+from .render_depsgraph import with_render_depsgraph
+from .world import read_environment
+
+
+def read_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Scene:
+    """`view_layer` of `scene`, as a render at the current frame sees it, as a `Scene`.
+
+    Raises ValueError where an image of a material or of the world cannot be read, and RuntimeError where Blender
+    cannot render now. Call it where Blender's data may be changed: not inside a render, not while drawing.
+    """
+    camera = scene.camera
+    return with_render_depsgraph(scene, view_layer, lambda depsgraph: read_depsgraph(depsgraph, camera, ImageReader()))
+
+
+def read_depsgraph(depsgraph: bpy.types.Depsgraph, camera: bpy.types.Object | None, images: ImageReader) -> Scene:
+    """What is in `depsgraph`, seen by `camera`, as a `Scene`; `images` gives the textures."""
+    notes = []
+    materials = MaterialReader(depsgraph.view_layer_eval.material_override, images, notes)
+    meshes, instances = read_objects(depsgraph, materials.index, notes)
+    if camera:
+        camera = read_camera(camera.evaluated_get(depsgraph), depsgraph.scene_eval.render, notes)
+    return Scene(
+        meshes=tuple(meshes),
+        instances=tuple(instances),
+        materials=tuple(materials.read),
+        lights=tuple(read_lights(depsgraph, images, notes)),
+        environment=read_environment(depsgraph, images, notes),
+        camera=camera,
+        approximated=tuple(notes),
+    )

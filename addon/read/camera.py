@@ -1,0 +1,43 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The camera: lens, sensor and lens shift as a window on the plane z = −1."""
+
+import bpy
+import numpy as np
+
+from ...gi_core.scene import Camera
+
+
+def read_camera(camera: bpy.types.Object, render: bpy.types.RenderSettings, notes: list[str]) -> Camera | None:
+    """`camera`, an evaluated object, at the resolution of `render` as a `Camera`; None where it is panoramic.
+
+    The render border is ignored. What the bake does not have (depth of field, panoramas) is told in `notes`.
+    """
+    data = camera.data
+    if data.type not in {"PERSP", "ORTHO"}:
+        notes.append(f"Camera '{camera.name}': only perspective and orthographic cameras are baked; it is left out.")
+        return None
+    if data.dof.use_dof:
+        notes.append(f"Camera '{camera.name}': depth of field is left out.")
+    width = render.resolution_x * render.resolution_percentage // 100
+    height = render.resolution_y * render.resolution_percentage // 100
+    pixel = render.pixel_aspect_y / render.pixel_aspect_x
+    fit = data.sensor_fit
+    if fit == "AUTO":
+        fit = "HORIZONTAL" if width >= height * pixel else "VERTICAL"
+    # Lens and shift count in the side that the sensor is fitted to; an automatic fit takes the sensor's width for both.
+    side = width if fit == "HORIZONTAL" else height * pixel
+    sensor = data.sensor_height if data.sensor_fit == "VERTICAL" else data.sensor_width
+    unit = (data.ortho_scale if data.type == "ORTHO" else sensor / data.lens) / side
+    x, y = data.shift_x * side, data.shift_y * side
+    half_width, half_height = width / 2, height * pixel / 2
+    matrix = np.array(camera.matrix_world, np.float64)
+    with np.errstate(invalid="ignore"):  # a camera scaled to nothing is the preflight's to refuse
+        matrix[:3, :3] /= np.linalg.norm(matrix[:3, :3], axis=0)
+    return Camera(
+        kind="ORTHOGRAPHIC" if data.type == "ORTHO" else "PERSPECTIVE",
+        matrix=matrix,
+        window=tuple(float(edge * unit) for edge in (x - half_width, x + half_width, y - half_height, y + half_height)),
+        resolution=(width, height),
+        clip=(data.clip_start, data.clip_end),
+    )

@@ -1,0 +1,62 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Images: a Blender image as scene-linear pixels, each read once."""
+
+import bpy
+import numpy as np
+
+from ...gi_core.scene import Texture
+
+# What the pixels of a byte image hold, by the name of its colour space; float images are scene-linear once loaded.
+_LINEAR_SPACES = {"Non-Color", "Generic Data", "Raw", "Linear", "Linear Rec.709", "scene_linear"}
+
+
+class ImageReader:
+    """Textures of Image and Environment Texture nodes, kept so that no image is converted twice."""
+
+    def __init__(self):
+        self._pixels = {}
+        self._textures = {}
+
+    def texture(self, node: bpy.types.Node, owner: str) -> Texture:
+        """The `Texture` of a node of `owner`. Raises ValueError where it has no image or the image cannot be loaded."""
+        image = node.image
+        if image is None:
+            raise ValueError(f"{owner}: node '{node.name}' has no image: choose one or remove the node")
+        # Cycles multiplies colours by alpha, unless the node's alpha is used, or is no alpha but a channel of data.
+        by_alpha = image.alpha_mode == "STRAIGHT" and not node.outputs[-1].is_linked
+        extension = getattr(node, "extension", "REPEAT")
+        interpolation = "CLOSEST" if node.interpolation == "Closest" else "LINEAR"
+        key = (image.original.as_pointer(), by_alpha, extension, interpolation)
+        if key not in self._textures:
+            if key[:2] not in self._pixels:
+                self._pixels[key[:2]] = read_pixels(image.original, by_alpha)
+            self._textures[key] = Texture(image.name, self._pixels[key[:2]], extension, interpolation)
+        return self._textures[key]
+
+
+def read_pixels(image: bpy.types.Image, by_alpha: bool) -> np.ndarray:
+    """Scene-linear (h, w, 3) float32 of a `bpy.types.Image`, row 0 at the bottom, multiplied by alpha where asked.
+
+    Raises ValueError where the image has no pixels.
+    """
+    width, height = image.size
+    if not width * height * image.channels:
+        raise ValueError(f"Image '{image.name}' cannot be read from '{image.filepath}': relink or pack it")
+    pixels = np.empty((height, width, image.channels), np.float32)
+    image.pixels.foreach_get(pixels.reshape(-1))
+    color = pixels[..., :3] if image.channels >= 3 else np.repeat(pixels[..., :1], 3, axis=2)
+    if image.is_float or image.colorspace_settings.name in _LINEAR_SPACES:
+        return np.ascontiguousarray(color)  # floats are scene-linear and multiplied by alpha since they were loaded
+    if by_alpha and image.channels == 4:
+        color = color * pixels[..., 3:]  # before the transfer function is undone, as Cycles does
+    return _SRGB_TO_LINEAR[(color * 255 + 0.5).astype(np.uint8)]
+
+
+def _srgb_to_linear(encoded: np.ndarray) -> np.ndarray:
+    """The sRGB transfer function (IEC 61966-2-1) undone."""
+    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+
+
+# Of each value that a byte can have.
+_SRGB_TO_LINEAR = _srgb_to_linear(np.arange(256) / 255).astype(np.float32)

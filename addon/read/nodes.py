@@ -1,0 +1,106 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Shader node trees: what feeds a socket."""
+
+from dataclasses import dataclass, field
+
+import bpy
+import numpy as np
+
+from .images import ImageReader
+
+
+@dataclass(frozen=True)
+class Feed:
+    """Where a socket gets its value: an output `socket` of `node`, or, with `node` None, the value set on `socket`.
+
+    groups: the group nodes that `socket` lies in, outermost first.
+    """
+
+    node: bpy.types.Node | None
+    socket: bpy.types.NodeSocket
+    groups: tuple[bpy.types.Node, ...]
+
+    def input(self, name: str | int) -> "Feed":
+        """The `Feed` of an input of `node`, by name or index."""
+        return feed(self.node.inputs[name], self.groups)
+
+
+@dataclass(frozen=True)
+class Reading:
+    """What a tree is read with.
+
+    owner: whose it is, as notes begin: "Material 'Wall'".
+    images: gives the textures.
+    notes: sentences on what was approximated.
+    known: what `constants.estimate` has found out.
+    """
+
+    owner: str
+    images: ImageReader
+    notes: list[str]
+    known: dict = field(default_factory=dict)
+
+    def note(self, text: str) -> None:
+        """Tells something of the owner."""
+        self.note_once(f"{self.owner}: {text}.")
+
+    def note_once(self, sentence: str) -> None:
+        """Tells something of the whole scene."""
+        if sentence not in self.notes:
+            self.notes.append(sentence)
+
+
+def node_tree(owner: bpy.types.Material | bpy.types.Light | bpy.types.World) -> bpy.types.NodeTree | None:
+    """The node tree of a material, light or world; None where it has none or does not use it."""
+    # From 5.0 on every tree is used, and asking for `use_nodes` warns.
+    return owner.node_tree if bpy.app.version >= (5, 0, 0) or owner.use_nodes else None
+
+
+def output_feed(tree: bpy.types.NodeTree, type: str, name: str) -> Feed | None:
+    """The `Feed` of input `name` of the output node that Cycles takes, None where there is none or nothing is linked.
+
+    type: "OUTPUT_MATERIAL", "OUTPUT_WORLD" or "OUTPUT_LIGHT".
+    """
+    outputs = [node for node in tree.nodes if node.type == type and node.target in {"ALL", "CYCLES"}]
+    # The active one of those for Cycles comes before the active one of those for all.
+    outputs.sort(key=lambda node: (node.target == "CYCLES", node.is_active_output), reverse=True)
+    if not outputs:
+        return None
+    source = feed(outputs[0].inputs[name])
+    return source if source.node else None
+
+
+def feed(socket: bpy.types.NodeSocket, groups: tuple[bpy.types.Node, ...] = ()) -> Feed:
+    """The `Feed` of an input socket, through reroutes, node groups and muted nodes."""
+    while True:
+        link = next((link for link in socket.links if link.is_valid and not link.is_muted), None)
+        if link is None:
+            return Feed(None, socket, groups)
+        node, source = link.from_node, link.from_socket
+        if node.mute:
+            inner = next((link for link in node.internal_links if link.to_socket == source), None)
+            if inner is None:
+                return Feed(None, source, groups)
+            socket = inner.from_socket
+        elif node.type == "REROUTE":
+            socket = node.inputs[0]
+        elif node.type == "GROUP" and node.node_tree:
+            output = next((n for n in node.node_tree.nodes if n.type == "GROUP_OUTPUT" and n.is_active_output), None)
+            if output is None:
+                return Feed(None, source, groups)
+            socket, groups = _same(output.inputs, source), (*groups, node)
+        elif node.type == "GROUP_INPUT":
+            socket, groups = _same(groups[-1].inputs, source), groups[:-1]
+        else:
+            return Feed(node, source, groups)
+
+
+def _same(sockets, socket: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
+    return next(other for other in sockets if other.identifier == socket.identifier)
+
+
+def set_value(socket: bpy.types.NodeSocket) -> np.ndarray:
+    """The value set on a socket as (3,) float64; zero where it has none."""
+    value = np.array(getattr(socket, "default_value", 0.0), np.float64).ravel()
+    return np.resize(value[:3], 3)

@@ -1,0 +1,80 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Objects: each mesh once, and an instance for each place where it stands."""
+
+from collections.abc import Callable, Iterator
+
+import bpy
+import numpy as np
+
+from ...gi_core.scene import Instance, Mesh
+from .meshes import read_mesh
+
+# Types of object that render, but not as surfaces.
+_NO_SURFACES = {"CURVES", "GREASEPENCIL", "POINTCLOUD", "VOLUME"}
+
+# The second number of an instance's persistent id where no instancing took place.
+_NOT_NESTED = 0x7FFFFFFF
+
+
+def read_objects(
+    depsgraph: bpy.types.Depsgraph, material_index: Callable[[bpy.types.Material | None], int], notes: list[str]
+) -> tuple[list[Mesh], list[Instance]]:
+    """The meshes of `depsgraph` and their places.
+
+    Curves, texts, surfaces and metaballs come as the meshes they render as. `material_index` gives the place of a
+    material in `Scene.materials`. What the bake does not have is told in `notes`.
+    """
+    meshes, instances, noted = [], [], set()
+    known = {}  # address of an evaluated mesh -> (index into meshes, number of slots used), None without triangles
+    for entry in depsgraph.object_instances:
+        source = entry.object
+        if source.name not in noted:
+            noted.add(source.name)
+            notes += _left_out(source)
+        # Other types of object come a second time, as instances of themselves that are meshes.
+        if source.type != "MESH" or not entry.show_self:
+            continue
+        key = source.data.as_pointer()
+        if key not in known:
+            mesh = read_mesh(source.to_mesh(), source.data.name)
+            source.to_mesh_clear()
+            known[key] = None
+            if len(mesh.triangles):
+                known[key] = len(meshes), int(mesh.slots.max()) + 1
+                meshes.append(mesh)
+        if known[key] is None:
+            continue
+        index, needed = known[key]
+        slots = [material_index(slot.material) for slot in source.material_slots] or [material_index(None)]
+        slots += slots[-1:] * (needed - len(slots))  # a polygon beyond the slots takes the last one
+        instances.append(
+            Instance(
+                name=source.name,
+                mesh=index,
+                matrix=np.array(entry.matrix_world, np.float64),
+                materials=tuple(slots),
+                is_copy=source.is_from_set or (entry.is_instance and not _is_own_surface(entry)),
+            )
+        )
+    return meshes, instances
+
+
+def _left_out(source: bpy.types.Object) -> Iterator[str]:
+    """Sentences on what Cycles would make of an evaluated object and the bake does not."""
+    if source.type in _NO_SURFACES:
+        yield f"Object '{source.name}': objects of type {source.type} are left out."
+    particles = [system.settings for system in source.particle_systems]
+    if any(settings.type == "HAIR" and settings.render_type == "PATH" for settings in particles):
+        yield f"Object '{source.name}': its hair is left out."
+    if source.type != "MESH":
+        return
+    flags = ("visible_camera", "visible_diffuse", "visible_shadow")
+    if not all(getattr(source, flag) for flag in flags) or source.is_holdout or source.is_shadow_catcher:
+        yield f"Object '{source.name}': its ray visibility is left out: everything sees it."
+
+
+def _is_own_surface(entry: bpy.types.DepsgraphObjectInstance) -> bool:
+    """Whether an instance is the surface of a curve, text, surface or metaball object where it stands itself."""
+    source = entry.object.original
+    return source.type != "MESH" and entry.parent.original == source and entry.persistent_id[1] == _NOT_NESTED

@@ -1,0 +1,109 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Surface shaders: their diffuse and emitting parts, which are what a bake of diffuse light takes of them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...gi_core.scene import BLACK, ColorSource
+from .colors import read_color, read_number, scaled, total
+from .constants import fresnel_mean
+from .nodes import Feed, Reading, set_value
+
+
+@dataclass(frozen=True)
+class Surface:
+    """Diffuse reflectance and emitted radiance of a shader."""
+
+    albedo: ColorSource = BLACK
+    emission: ColorSource = BLACK
+
+
+def read_surface(source: Feed, reading: Reading) -> Surface:
+    """The `Surface` of a shader's `Feed`; what it has besides, or has in a less simple form, is noted."""
+    node = source.node
+    match node and node.type:
+        case None:
+            return Surface()
+        case "BSDF_DIFFUSE":
+            _note_shape(source, "Roughness", reading)
+            return Surface(albedo=read_color(source.input("Color"), reading, "the colour"))
+        case "EMISSION" | "BACKGROUND":
+            color = read_color(source.input("Color"), reading, "the emitted colour")
+            return Surface(emission=scaled(color, read_number(source.input("Strength"), reading, "emission strength")))
+        case "BSDF_PRINCIPLED":
+            return _principled(source, reading)
+        case "MIX_SHADER":
+            share = min(max(read_number(source.input(0), reading, "the share of a Mix Shader"), 0.0), 1.0)
+            shaders = [(1 - share, source.input(1)), (share, source.input(2))]
+            return _sum([(weight, read_surface(shader, reading)) for weight, shader in shaders if weight], reading)
+        case "ADD_SHADER":
+            return _sum([(1.0, read_surface(source.input(index), reading)) for index in (0, 1)], reading)
+        case "SUBSURFACE_SCATTERING" | "BSDF_TRANSLUCENT" | "BSDF_SHEEN" | "BSDF_TOON":
+            reading.note(f"'{node.name}' is taken as diffuse")
+            return Surface(albedo=read_color(source.input("Color"), reading, "the colour"))
+    reading.note(f"'{node.name}' has no diffuse part; what it reflects or lets through is left out")
+    return Surface()
+
+
+def _principled(source: Feed, reading: Reading) -> Surface:
+    def number(name):
+        return read_number(source.input(name), reading, name.lower())
+
+    _note_shape(source, "Diffuse Roughness", reading)
+    for name in ("Coat Weight", "Sheen Weight"):
+        if _in_use(source, name):
+            reading.note(f"its {name.split()[0].lower()} is left out")
+    if _in_use(source, "Subsurface Weight"):
+        reading.note("subsurface scattering is taken as diffuse")
+    kept = (1 - number("Metallic")) * (1 - number("Transmission Weight"))
+    if kept < 1:
+        reading.note(f"{1 - kept:.0%} of it is metal or glass, whose light is left out")
+    albedo = BLACK
+    if kept > 0:
+        reading.note_once("Reflections of Principled BSDF materials are left out; their diffuse part is baked.")
+        roughness = source.input("Roughness")  # it matters too little to read an image for it
+        kept *= 1 - specular_share(
+            number("IOR"), number("Specular IOR Level"), 0.5 if roughness.node else set_value(roughness.socket)[0]
+        )
+        albedo = read_color(source.input("Base Color"), reading, "the base colour")
+    alpha = number("Alpha")
+    if alpha < 1:
+        reading.note(f"alpha is taken as {alpha:.3g} of its colour, and light does not pass through")
+    emission, strength = BLACK, number("Emission Strength")
+    if strength > 0:
+        emission = scaled(read_color(source.input("Emission Color"), reading, "the emitted colour"), strength * alpha)
+    return Surface(scaled(albedo, kept * alpha), emission)
+
+
+def _in_use(source: Feed, name: str) -> bool:
+    value = source.input(name)
+    return value.node is not None or set_value(value.socket)[0] > 0
+
+
+def _note_shape(source: Feed, roughness: str, reading: Reading) -> None:
+    """Notes what makes a diffuse surface reflect otherwise than Lambert's law about the mesh's normal says."""
+    if source.input("Normal").node:
+        reading.note("its normal or bump map is left out")
+    if _in_use(source, roughness):
+        reading.note("the roughness of its diffuse part is left out")
+
+
+def specular_share(ior: float = 1.5, level: float = 0.5, roughness: float = 0.5) -> float:
+    """Share of the light that the specular layer of a Principled BSDF takes from the diffuse one below.
+
+    In Cycles it depends on the view. This is its mean over a cosine-weighted hemisphere, where light that bounces goes:
+    a smooth dielectric's, less what Cycles' rough one loses, the latter fitted to Cycles' Diffuse Color pass, which is
+    met within 0.015 for IOR 1.1 to 2.
+    """
+    f0 = min(((ior - 1) / (ior + 1)) ** 2 * 2 * max(level, 0.0), 0.99)
+    ior = (1 + np.sqrt(f0)) / (1 - np.sqrt(f0))
+    return float(fresnel_mean(ior) / (1 + 4.4 / ior * roughness**2.6))
+
+
+def _sum(parts: list[tuple[float, Surface]], reading: Reading) -> Surface:
+    return Surface(
+        albedo=total([scaled(surface.albedo, weight) for weight, surface in parts], reading, "the colour"),
+        emission=total([scaled(surface.emission, weight) for weight, surface in parts], reading, "the emitted colour"),
+    )

@@ -1,0 +1,74 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The world: a constant colour or an equirectangular image as the surroundings."""
+
+import bpy
+import numpy as np
+from mathutils import Euler
+
+from ...gi_core.scene import Environment
+from .colors import mean, read_number
+from .constants import estimate
+from .images import ImageReader
+from .nodes import Feed, Reading, node_tree, output_feed
+from .surfaces import read_surface
+
+
+def read_environment(depsgraph: bpy.types.Depsgraph, images: ImageReader, notes: list[str]) -> Environment:
+    """The world of `depsgraph` as an `Environment`; black where there is none."""
+    world = depsgraph.view_layer_eval.world_override or depsgraph.scene_eval.world
+    if world is None:
+        return Environment(np.zeros(3, np.float32))
+    tree = node_tree(world)
+    if not tree:
+        return Environment(np.array(world.color[:], np.float32))
+    reading = Reading(f"World '{world.name}'", images, notes)
+    source = output_feed(tree, "OUTPUT_WORLD", "Surface")
+    if source is None or not world.cycles_visibility.diffuse:  # the latter: Cycles lights diffuse surfaces without it
+        return Environment(np.zeros(3, np.float32))
+    return _image(source, reading) or Environment(_mean_color(source, reading))
+
+
+def _mean_color(source: Feed, reading: Reading) -> np.ndarray:
+    color = read_surface(source, reading).emission
+    if color.texture:
+        reading.note(f"image '{color.texture.name}' is taken as its mean colour")
+    return mean(color).astype(np.float32)
+
+
+def _image(source: Feed, reading: Reading) -> Environment | None:
+    """The `Environment` of a Background node with an equirectangular image; None where the shader is anything else."""
+    if source.node.type != "BACKGROUND":
+        return None
+    image = source.input("Color")
+    if image.node is None or image.node.type != "TEX_ENVIRONMENT" or image.node.projection != "EQUIRECTANGULAR":
+        return None
+    rotation = _rotation(image.input("Vector"), reading)
+    if rotation is None or image.node.image is None or image.node.image.source not in {"FILE", "GENERATED"}:
+        return None
+    strength = read_number(source.input("Strength"), reading, "its strength")
+    return Environment(np.full(3, strength, np.float32), reading.images.texture(image.node, reading.owner), rotation)
+
+
+def _rotation(vector: Feed, reading: Reading) -> np.ndarray | None:
+    """(3, 3) float64 from world directions to those the image is looked up at; None where it is no rotation."""
+    node = vector.node
+    match node and node.type:
+        case None:
+            return np.eye(3)
+        case "TEX_COORD" if vector.socket.name in {"Generated", "Object"} and node.object is None:
+            return np.eye(3)
+        case "NEW_GEOMETRY" if vector.socket.name == "Position":
+            return np.eye(3)
+        case "MAPPING":
+            inner = _rotation(vector.input("Vector"), reading)
+            angles, doubt = estimate(vector.input("Rotation"), reading)
+            scale, scale_doubt = estimate(vector.input("Scale"), reading)
+            # A scale that is the same along each axis changes no direction.
+            if inner is None or doubt or scale_doubt or not np.allclose(scale, scale[0]) or scale[0] <= 0:
+                return None
+            if node.vector_type in {"POINT", "TEXTURE"} and estimate(vector.input("Location"), reading)[0].any():
+                return None
+            turn = np.array(Euler(angles).to_matrix(), np.float64)
+            return (turn.T if node.vector_type == "TEXTURE" else turn) @ inner
+    return None

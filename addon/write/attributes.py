@@ -1,0 +1,63 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Irradiance per vertex as a colour attribute of the mesh as the user made it, before modifiers."""
+
+import bpy
+import numpy as np
+
+ATTRIBUTE = "gi_irradiance"
+
+
+class AttributeTargetError(ValueError):
+    """A mesh cannot take the attribute; the message names the object and the remedy."""
+
+
+def check_targets(objects: list[bpy.types.Object], name: str = ATTRIBUTE) -> None:
+    """Raise AttributeTargetError for the first object that cannot take the attribute; touches nothing.
+
+    Refused are objects without a mesh, in edit mode, with linked meshes, with a mesh that other objects share (each
+    needs its own light), and meshes where something else has the attribute's name.
+    """
+    for obj in objects:
+        mesh = obj.data
+        if obj.type != "MESH":
+            raise AttributeTargetError(f"Object '{obj.name}' has no mesh: convert it to one, or leave it out")
+        if obj.mode == "EDIT":
+            raise AttributeTargetError(f"Object '{obj.name}' is in edit mode: leave edit mode first")
+        if mesh.library is not None:
+            raise AttributeTargetError(f"Object '{obj.name}': its mesh comes from another file: make it local first")
+        sharing = sorted(o.name for o in bpy.data.objects if o.data == mesh)
+        if len(sharing) > 1:
+            raise AttributeTargetError(
+                f"Objects {', '.join(map(repr, sharing))} share the mesh '{mesh.name}', which can hold the light of "
+                "one only: make them single-user (Object > Relations > Make Single User), or bake to lightmaps"
+            )
+        taken = mesh.attributes.get(name)
+        if (taken and (taken.data_type, taken.domain) != ("FLOAT_COLOR", "POINT")) or name in obj.vertex_groups:
+            raise AttributeTargetError(
+                f"Object '{obj.name}': its mesh has another attribute or vertex group '{name}': rename or remove it"
+            )
+
+
+def write_irradiance(irradiance: dict[str, np.ndarray], name: str = ATTRIBUTE) -> None:
+    """Store (v, 3) float32 per object as a FLOAT_COLOR attribute on its mesh's points, alpha 1.
+
+    irradiance: object name -> values for the vertices of the object's own mesh. An attribute of ours is overwritten.
+    Raises KeyError for an unknown object and AttributeTargetError for what `check_targets` refuses or a wrong number of
+    vertices, all before the first mesh is touched.
+    """
+    objects = {bpy.data.objects[key]: values for key, values in irradiance.items()}
+    check_targets(list(objects), name)
+    for obj, values in objects.items():
+        if values.shape != (len(obj.data.vertices), 3):
+            raise AttributeTargetError(
+                f"Object '{obj.name}': light for {len(values)} vertices does not fit its mesh of "
+                f"{len(obj.data.vertices)}: modifiers change the mesh; apply them, or bake to a lightmap"
+            )
+    for obj, values in objects.items():
+        rgba = np.ones((len(values), 4), np.float32)
+        rgba[:, :3] = values
+        mesh = obj.data
+        attribute = mesh.attributes.get(name) or mesh.attributes.new(name, "FLOAT_COLOR", "POINT")
+        attribute.data.foreach_set("color", rgba.ravel())
+        mesh.update()

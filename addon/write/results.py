@@ -1,0 +1,63 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A bake's result put where it is wanted: data-blocks in the open file, files in a folder."""
+
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ...gi_core import exr
+from ...gi_core.dilate import dilate
+from ..bake import Light, Result
+from .attributes import write_irradiance
+from .images import save_image, save_png, write_images
+
+
+def store(result: Result, scene: bpy.types.Scene) -> list[str]:
+    """Puts a result into the open file, replacing an earlier one; the names of what holds it.
+
+    A camera image becomes the images "SCENE GI" and "SCENE GI Indirect", a lightmap "OBJECT Lightmap", light at
+    vertices the attribute `gi_irradiance` (E [W/m²]) of the object's mesh.
+    """
+    target = result.job.target
+    if target == "image":
+        layers = result.layers
+        made = write_images(
+            {f"{scene.name} GI": layers["Combined"], f"{scene.name} GI Indirect": layers["Diffuse Indirect"]}
+        )
+        return [image.name for image in made.values()]
+    if target == "lightmap":
+        maps = {f"{name} Lightmap": pixels for name, pixels in lightmaps(result).items()}
+        return [image.name for image in write_images(maps).values()]
+    write_irradiance({name: np.float32(np.pi) * chosen(light, result) for name, light in result.light.items()})
+    return list(result.light)
+
+
+def export(result: Result, folder: Path, view_layer: str) -> list[Path]:
+    """Writes a result's images into a folder; the paths. Light at vertices has no image and stays in the file."""
+    folder.mkdir(parents=True, exist_ok=True)
+    if result.job.target == "image":
+        path = folder / "image.exr"
+        exr.write_layers(path, result.layers, view_layer)
+        return [path, save_png(folder, "image", result.layers["Combined"])]
+    return [
+        path for name, pixels in lightmaps(result).items() for path in save_image(folder, f"{name} Lightmap", pixels)
+    ]
+
+
+def chosen(light: Light, result: Result) -> np.ndarray:
+    """The light that the settings ask for, E/π: (h, w, 3) or (v, 3) float32."""
+    return {"combined": light.direct + light.indirect, "direct": light.direct, "indirect": light.indirect}[
+        result.job.settings.light
+    ]
+
+
+def lightmaps(result: Result) -> dict[str, np.ndarray]:
+    """Object name -> (h, w, 4) float32: E/π, islands grown by the margin, alpha 1 where there is a value."""
+    maps = {}
+    for name, light in result.light.items():
+        if light.valid.ndim == 2:
+            pixels, filled = dilate(chosen(light, result), light.valid, result.job.settings.margin)
+            maps[name] = np.dstack([np.where(filled[..., None], pixels, 0), filled.astype(np.float32)])
+    return maps

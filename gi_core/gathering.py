@@ -1,0 +1,86 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Gathering: irradiance at surfels from virtual point lights, with shadow rays between them."""
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from . import tiles
+from .kernels.vpl_transfer import transfer
+from .sampling import hash01
+from .surfels import Surfels
+from .trace import Tracer
+from .vectors import dot
+from .vpls import Vpls
+
+# Pairs of surfel and light worked on at once by a thread: arrays that stay within a core's cache and some 50 MB of
+# memory.
+_PAIRS = 1 << 16
+
+# For the surfels of a tile: which lights (n, s), and by what factor (n, s) or a scalar each counts.
+Pattern = Callable[[Surfels], tuple[np.ndarray, np.ndarray | float]]
+
+
+def gathered(
+    tracer: Tracer, here: Surfels, vpls: Vpls, pattern: Pattern, visibility: bool = True, ceiling: float = np.inf
+) -> np.ndarray:
+    """Irradiance that the pattern's lights send to each surfel, all pairs at once: (n, 3) float32 [W/m²].
+
+    ceiling: the most that one light's irradiance over its flux may be [1/m²].
+    """
+    index, factor = pattern(here)
+    pairs = transfer(
+        here.position[:, None], here.normal[:, None], vpls.position[index], vpls.normal[index], vpls.area[index]
+    )
+    pairs = np.where(index >= 0, np.minimum(pairs, np.float32(ceiling)) * factor, 0).astype(np.float32)
+    if visibility:
+        row, column = np.nonzero(pairs)
+        origin, target = here.origin[row], vpls.origin[index[row, column]]
+        # A surface's back is dark, whatever its shading normal says.
+        seen = dot(target - origin, here.face[row]) > 0
+        seen[seen] = tracer.connected(origin[seen], target[seen])
+        pairs[row[~seen], column[~seen]] = 0
+    return np.einsum("ns,nsc->nc", pairs, vpls.flux[index])
+
+
+def gather(
+    tracer: Tracer,
+    surfels: Surfels,
+    vpls: Vpls,
+    pattern: Pattern,
+    samples: int,
+    visibility: bool = True,
+    ceiling: float = np.inf,
+) -> Iterator[float]:
+    """The same for any number of surfels, tile by tile. A generator of progress; returns (n, 3) float32 [W/m²].
+
+    samples: how many lights the pattern picks, which sets the tile's size.
+    """
+    irradiance = np.zeros((len(surfels), 3), np.float32)
+    if not len(vpls) or not len(surfels):
+        return irradiance
+
+    def tile(part: slice):
+        irradiance[part] = gathered(tracer, surfels[part], vpls, pattern, visibility, ceiling)
+
+    yield from tiles.run(tile, tiles.slices(len(surfels), _PAIRS // samples))
+    return irradiance
+
+
+def every(vpls: Vpls) -> Pattern:
+    """The reference: each point gathers from all lights."""
+    index = np.arange(len(vpls))
+    return lambda here: (np.broadcast_to(index, (len(here), len(vpls))), 1.0)
+
+
+def strided(vpls: Vpls, samples: int, seed: int) -> Pattern:
+    """Each point takes every k-th light from a start of its own; for lights of equal brightness (`vpls.equalized`)."""
+    step = len(vpls) / samples
+
+    def pattern(here: Surfels):
+        start = hash01(here.place, seed)[:, None]
+        index = ((np.arange(samples) + start) * step).astype(np.int64)
+        return np.minimum(index, len(vpls) - 1), step
+
+    return pattern

@@ -1,0 +1,78 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The near field: light from surfaces so close that single virtual lights would make bright specks.
+
+The transfer G = cosθ_p cosθ_x / (π d²) of a light is clamped to 1/A, and what the clamp takes, the share 1 − 1/(A G) of
+the light that comes from within √(A/π), is found by short rays instead (Kollig & Keller 2006, "Illumination in the
+Presence of Weak Singularities"). Both parts are bounded and their sum is exact, whatever A is.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .sampling import cosine_hemisphere, r2_sequence, rotated
+from .surfels import Surfels, along_rays
+from .trace import Tracer
+from .vectors import dot
+from .vpls import Vpls
+
+# A over the surface that one sample stands for. The more, the less noise from lights and the more from short rays.
+# Measured on the samples: from 0 to 8 noise at equal time falls 3 to 30 times, beyond it turns.
+_REACH = 8.0
+
+# Short rays for each sample of virtual lights.
+_RAYS = 0.5
+
+
+@dataclass(frozen=True)
+class NearField:
+    """area: A [m²]. rays: short rays from each point."""
+
+    area: float
+    rays: int
+
+    @staticmethod
+    def of(lights: Vpls, samples: int) -> "NearField":
+        """The near field that fits so many samples of a cloud of lights."""
+        area = float(np.median(lights.area)) * len(lights) / samples * _REACH
+        return NearField(area, max(1, round(samples * _RAYS)))
+
+    @property
+    def ceiling(self) -> float:
+        """The most that a light's transfer may be [1/m²]."""
+        return 1 / self.area
+
+    @property
+    def radius(self) -> float:
+        """Beyond this distance nothing is clamped [m]."""
+        return float(np.sqrt(self.area / np.pi))
+
+
+def short_rays(tracer: Tracer, here: Surfels, field: NearField, seed: int) -> tuple[np.ndarray, Surfels, np.ndarray]:
+    """What surrounds points within the near field.
+
+    Returns for the rays that meet what the clamp takes light from: the point's row (m,), the surfels that are met, and
+    the share that the clamp takes of their light (m,). Rays are cosine-distributed, `field.rays` from each point, so
+    the irradiance of a point is the sum of π · radiance · share over its rays, divided by their number.
+    """
+    rays = field.rays
+    row = np.repeat(np.arange(len(here)), rays)
+    u = rotated(r2_sequence(rays), here.place, seed * 1024 + 1022).reshape(-1, 2)
+    direction = cosine_hemisphere(here.normal[row], u)
+    front = np.flatnonzero(dot(direction, here.face[row]) > 0)
+    row, direction = row[front], direction[front]
+    # A place of its own for each ray, so that what it meets draws samples of its own.
+    place = here.place[row] * rays + front % rays
+    met, hit = along_rays(tracer, here.origin[row], direction, place, field.radius)
+    row, direction = row[hit], direction[hit]
+    d = met.position - here.position[row]
+    cosines = dot(here.normal[row], direction) * np.maximum(-dot(met.normal, direction), 0)
+    share = np.maximum(0, 1 - np.pi * dot(d, d) / (field.area * np.maximum(cosines, 1e-20)))
+    near = np.flatnonzero(share)
+    return row[near], met[near], share[near]
+
+
+def summed(row: np.ndarray, values: np.ndarray, n: int) -> np.ndarray:
+    """Values (m, 3) added up by row (m,): (n, 3) float32."""
+    return np.stack([np.bincount(row, values[:, c], n) for c in range(3)], -1).astype(np.float32)

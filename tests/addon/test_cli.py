@@ -1,0 +1,175 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The command line as a user meets it: processes, exit codes, what is printed where."""
+
+import hashlib
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import bpy
+import pytest
+from gi_bake.gi_core import exr
+
+GI_BAKE = [sys.executable, "-c", "import sys; from gi_bake.addon.console import main; sys.exit(main())"]
+
+
+def gi_bake(*arguments, **more):
+    return subprocess.run([*GI_BAKE, *map(str, arguments)], capture_output=True, text=True, timeout=300, **more)
+
+
+QUICK = ("--resolution", 24, "--set", "samples=4", "--set", "map_resolution=32")
+
+
+def test_bake_writes_what_it_says(sample, tmp_path):
+    done = gi_bake("bake", sample("cornell"), "--output", tmp_path, "--json", "--save", *QUICK)
+    assert done.returncode == 0, done.stderr
+    answer = json.loads(done.stdout)
+    assert list(answer) == [
+        "method",
+        "target",
+        "device",
+        "stages",
+        "seconds",
+        "outputs",
+        "metrics",
+        "approximated",
+        "warnings",
+    ]
+    assert (answer["method"], answer["target"], answer["device"], answer["metrics"]) == ("rsm", "image", "cpu", None)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["cornell.blend", "image.exr", "image.png"]
+    assert sorted(answer["outputs"]) == sorted(str(p) for p in tmp_path.iterdir())
+    layers = exr.read_layers(tmp_path / "image.exr")
+    assert layers["Diffuse Indirect"].shape == (24, 24, 3) and layers["Diffuse Indirect"].max() > 0
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "cornell.blend"))
+    assert any(image.get("gi_bake_result") and image.size[0] == 24 for image in bpy.data.images)
+
+
+def test_lightmaps_of_two_objects(sample, tmp_path):
+    done = gi_bake(
+        "bake", sample("cornell"), "--target", "lightmap", "--objects", "Floor,Ceiling", "--output", tmp_path, *QUICK
+    )
+    assert done.returncode == 0, done.stderr
+    assert sorted(p.name for p in tmp_path.glob("*.exr")) == ["Ceiling_Lightmap.exr", "Floor_Lightmap.exr"]
+
+
+def test_light_at_vertices_is_saved(sample, tmp_path):
+    file = tmp_path / "lit.blend"
+    done = gi_bake(
+        "bake", sample("cornell"), "--target", "vertices", "--output", tmp_path, "--save", file, "--json", *QUICK[2:]
+    )
+    assert done.returncode == 0, done.stderr
+    bpy.ops.wm.open_mainfile(filepath=str(file))
+    assert "gi_irradiance" in bpy.data.objects["Floor"].data.attributes
+
+
+def test_compare_measures(sample, tmp_path):
+    done = gi_bake("compare", sample("cornell"), "--output", tmp_path, "--reference-samples", 16, "--json", *QUICK)
+    assert done.returncode == 0, done.stderr
+    answer = json.loads(done.stdout)
+    assert any("relmse" in values for values in answer["metrics"].values())
+    assert {"report.html", "report.json"} <= {p.name for p in tmp_path.iterdir()}
+
+
+@pytest.mark.parametrize(
+    "arguments, words",
+    [
+        (("bake", "{}", "--method", "lpv"), "lpv"),
+        (("bake", "{}", "--method", "magic"), "magic"),
+        (("bake", "{}", "--target", "volume"), "volume"),
+        (("bake", "{}", "--device", "gpu"), "card"),
+        (("bake", "{}", "--set", "samples"), "KEY=VALUE"),
+        (("bake", "{}", "--set", "samples=none"), "samples"),
+        (("bake", "{}", "--resolution", "1"), "resolution"),
+        (("bake", "{}.no"), "no file"),
+        (("bake",), "required"),
+        (("fry", "{}"), "invalid choice"),
+    ],
+)
+def test_wrong_usage_is_2(sample, arguments, words):
+    done = gi_bake(*(str(a).format(sample("cornell")) for a in arguments))
+    assert done.returncode == 2 and words in done.stderr and not done.stdout
+
+
+def break_no_camera():
+    bpy.data.objects.remove(bpy.context.scene.camera)
+
+
+def break_no_mesh():
+    for obj in [o for o in bpy.data.objects if o.type == "MESH"]:
+        bpy.data.objects.remove(obj)
+
+
+def break_nan():
+    bpy.data.objects["Floor"].data.vertices[0].co.x = float("nan")
+
+
+def break_missing_texture():
+    material = bpy.data.objects["Floor"].active_material
+    nodes = material.node_tree.nodes
+    texture = nodes.new("ShaderNodeTexImage")
+    texture.image = bpy.data.images.new("gone", 4, 4)
+    texture.image.source, texture.image.filepath = "FILE", "//nowhere/gone.png"
+    surface = next(n for n in nodes if n.type == "BSDF_DIFFUSE")
+    material.node_tree.links.new(texture.outputs["Color"], surface.inputs["Color"])
+
+
+def break_area_light():
+    light = bpy.data.lights.new("Flat", "AREA")
+    lamp = bpy.data.objects.new("Flat", light)
+    lamp.scale = (0, 1, 1)
+    bpy.context.scene.collection.objects.link(lamp)
+
+
+@pytest.mark.parametrize(
+    "harm, code, named",
+    [
+        (break_no_camera, "NO_CAMERA", ""),
+        (break_no_mesh, "NOTHING_TO_BAKE", ""),
+        (break_nan, "NON_FINITE", "Floor"),
+        (break_missing_texture, "MISSING_IMAGE", "gone"),
+        (break_area_light, "ZERO_AREA_LIGHT", "Flat"),
+    ],
+)
+def test_a_broken_scene_is_3_and_stays_as_it_is(sample, tmp_path, harm, code, named):
+    bpy.ops.wm.open_mainfile(filepath=str(sample("cornell")))
+    harm()
+    file = tmp_path / "broken.blend"
+    bpy.ops.wm.save_as_mainfile(filepath=str(file), copy=True)
+    before = hashlib.sha256(file.read_bytes()).digest()
+    for command in ("bake", "check"):
+        done = gi_bake(command, file, "--output", tmp_path / "out", "--json")
+        assert done.returncode == 3
+        assert code in done.stderr and named in done.stderr
+        assert code in {finding["code"] for finding in json.loads(done.stdout)["findings"]}
+    assert hashlib.sha256(file.read_bytes()).digest() == before
+    assert not list((tmp_path / "out").glob("*"))
+
+
+def test_a_file_that_is_no_blend_is_3(tmp_path):
+    file = tmp_path / "text.blend"
+    file.write_text("not a blend")
+    done = gi_bake("bake", file)
+    assert done.returncode == 3 and "UNREADABLE_FILE" in done.stderr
+
+
+def test_check_finds_nothing_wrong_with_a_good_scene(sample):
+    done = gi_bake("check", sample("cornell"))
+    assert done.returncode == 0 and "ready" in done.stdout
+
+
+@pytest.mark.skipif(os.name == "nt", reason="Windows has no SIGINT to send to another process")
+def test_an_interrupt_is_130_and_writes_nothing(sample, tmp_path):
+    running = subprocess.Popen(
+        [*GI_BAKE, "bake", sample("cornell"), "--output", tmp_path, "--resolution", "1024", "--set", "samples=4096"],
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+    )  # fmt: skip
+    time.sleep(6)
+    assert running.poll() is None
+    running.send_signal(signal.SIGINT)
+    running.communicate(timeout=60)
+    assert running.returncode == 130
+    assert not list(tmp_path.iterdir())
