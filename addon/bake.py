@@ -70,7 +70,7 @@ class Job:
     objects: names of the objects that get lightmaps or vertex light; empty means every mesh that renders.
     resolution: side of each lightmap, or the longer side of the camera image [px]; None means LIGHTMAP_SIDE, or the
         scene's own.
-    uv: name of the UV map that lightmaps lie on; "" means each mesh's active render UV map.
+    uv: name of the UV map that lightmaps lie on; "" means each mesh's active one.
     settings: of the technique.
     """
 

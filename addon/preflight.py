@@ -16,6 +16,7 @@ import numpy as np
 
 from ..gi_core.scene import Camera, Mesh, Scene, Texture
 from .read import read_depsgraph
+from .read.nodes import Reading
 from .read.render_depsgraph import with_render_depsgraph
 from .write.attributes import AttributeTargetError, check_targets
 
@@ -54,7 +55,7 @@ def check(
 
     target: "image", "lightmap", "vertices" or "volume".
     objects: names of the objects that get results; empty for all that render.
-    uv: name of the UV map that lightmaps lie on; "" for each mesh's own that renders.
+    uv: name of the UV map that lightmaps lie on; "" for each mesh's active one.
     output: path of the folder for files; None where none are written.
 
     The file is not changed. Raises RuntimeError where Blender cannot render now.
@@ -119,13 +120,13 @@ class _ImageCheck:
     def __init__(self):
         self.findings: list[Finding] = []
 
-    def texture(self, node: bpy.types.Node, owner: str) -> Texture:
+    def texture(self, node: bpy.types.Node, reading: Reading) -> Texture:
         image = node.image
         if image is None:
-            message = f"{owner}: its image node '{node.name}' has no image."
+            message = f"{reading.owner}: its image node '{node.name}' has no image."
             self.findings.append(_error("MISSING_IMAGE", node.name, message, "Choose an image or remove the node."))
         elif not image.original.size[0]:  # the original keeps what is loaded to answer this
-            message = f"{owner}: image '{image.name}' cannot be read from '{image.filepath}'."
+            message = f"{reading.owner}: image '{image.name}' cannot be read from '{image.filepath}'."
             self.findings.append(_error("MISSING_IMAGE", image.name, message, "Relink the file or pack it."))
         return Texture("", np.ones((1, 1, 3), np.float32))
 
@@ -255,7 +256,7 @@ def _receivers(core: Scene, objects: Sequence[str]) -> Iterator[tuple[str, Mesh]
 
 def _check_uvs(core: Scene, objects: Sequence[str], uv: str) -> Iterator[Finding]:
     for name, mesh in _receivers(core, objects):
-        chosen = uv or mesh.render_uv
+        chosen = uv or mesh.active_uv
         uv_map = mesh.uvs.get(chosen)
         if uv_map is None:
             message = f"'{name}' has no UV map" + (f" '{uv}'." if uv else ".")

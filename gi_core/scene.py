@@ -65,7 +65,8 @@ class Mesh:
     normals: (t, 3, 3) float32, unit shading normal of each corner.
     slots: (t,) int32 material slot of each triangle.
     uvs: UV map name -> (t, 3, 2) float32.
-    render_uv: name of the UV map that renders by default, "" where the mesh has none.
+    render_uv: name of the UV map that textures lie on by default, "" where the mesh has none.
+    active_uv: name of the UV map that lightmaps lie on by default, "" where the mesh has none.
     """
 
     name: str
@@ -75,6 +76,7 @@ class Mesh:
     slots: np.ndarray
     uvs: dict[str, np.ndarray] = field(default_factory=dict)
     render_uv: str = ""
+    active_uv: str = ""
 
 
 @dataclass(frozen=True)
@@ -132,7 +134,7 @@ class Light:
 class Environment:
     """What is seen where a ray leaves the scene: radiance [W/(m²·sr)].
 
-    color: (3,) float32, multiplied by `texture` (equirectangular, +X to the right of centre row as Blender maps it).
+    color: (3,) float32, multiplied by `texture` (equirectangular as Blender maps it, +X in the middle).
     rotation: (3, 3) float64, world direction to texture direction.
     """
 

@@ -129,12 +129,12 @@ def from_camera(tracer: Tracer, camera: Camera, subpixels: int = 1) -> Iterator[
 def from_texels(geometry: Geometry, name: str, uv: str, resolution: tuple[int, int]) -> tuple[Surfels, np.ndarray]:
     """A surfel for every texel that a face of an object touches, with the point clamped into the face.
 
-    name: the object. uv: its UV map, "" for the render UV map. resolution: (width, height).
+    name: the object. uv: its UV map, "" for the active one. resolution: (width, height).
     Returns the Surfels and (n,) bool: whether the texel's centre lies in a face.
     Raises KeyError where there is no such object or UV map.
     """
     mesh, triangle = geometry.mesh_of(name)
-    layer = uv or mesh.render_uv
+    layer = uv or mesh.active_uv
     if layer not in mesh.uvs:
         raise KeyError(f"object '{name}' has no UV map '{layer}'")
     # Without area there is no normal and nothing to light.

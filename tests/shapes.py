@@ -15,7 +15,7 @@ def quad(a, b, c, d, name="quad") -> s.Mesh:
     normal = np.cross(vertices[1] - vertices[0], vertices[2] - vertices[0])
     normals = np.broadcast_to(normal / np.linalg.norm(normal), (2, 3, 3)).astype(np.float32)
     uv = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], np.float32)[triangles]
-    return s.Mesh(name, vertices, triangles, normals, np.zeros(2, np.int32), {"UVMap": uv}, "UVMap")
+    return s.Mesh(name, vertices, triangles, normals, np.zeros(2, np.int32), {"UVMap": uv}, "UVMap", "UVMap")
 
 
 def plate(z: float, half: float, up: bool = True, name="plate", center=(0.0, 0.0)) -> s.Mesh:

@@ -49,7 +49,7 @@ def compare(
         comparisons = []
         for kind in ("direct", "indirect"):
             if job.target == "lightmap":
-                maps = {name: job.uv or _render_uv(view_layer.objects[name]) for name in result.light}
+                maps = {name: job.uv or view_layer.objects[name].data.uv_layers.active.name for name in result.light}
                 side = next(iter(result.light.values())).valid.shape[0]
                 found = lightmap_reference(scene, view_layer, maps, side, passes=(kind.upper(),), **terms)
             else:
@@ -104,6 +104,3 @@ def _light(name: str, kind: str, light: Light, reference: np.ndarray) -> Compari
 def _comparison(name: str, ours: np.ndarray, reference: np.ndarray, mask: np.ndarray | None) -> Comparison:
     return Comparison(name, ours, reference, mask, metrics.measure(ours, reference, mask))
 
-
-def _render_uv(obj: bpy.types.Object) -> str:
-    return next(layer.name for layer in obj.data.uv_layers if layer.active_render)

@@ -9,12 +9,12 @@ from ...gi_core.scene import Camera
 
 
 def read_camera(camera: bpy.types.Object, render: bpy.types.RenderSettings, notes: list[str]) -> Camera | None:
-    """`camera`, an evaluated object, at the resolution of `render` as a `Camera`; None where it is panoramic.
+    """`camera`, an evaluated object, at the resolution of `render`; None where it is panoramic or no camera.
 
     The render border is ignored. What the bake does not have (depth of field, panoramas) is told in `notes`.
     """
     data = camera.data
-    if data.type not in {"PERSP", "ORTHO"}:
+    if camera.type != "CAMERA" or data.type not in {"PERSP", "ORTHO"}:
         notes.append(f"Camera '{camera.name}': only perspective and orthographic cameras are baked; it is left out.")
         return None
     if data.dof.use_dof:

@@ -44,7 +44,7 @@ def read_color(source: Feed, reading: Reading, what: str) -> ColorSource:
     if node.type == "TEX_IMAGE" and source.socket.name == "Color" and (uv := _uv_map(source, reading)) is not None:
         if node.interpolation not in {"Linear", "Closest"}:
             reading.note(f"{what}: interpolation {node.interpolation} of '{node.name}' is taken as Linear")
-        return ColorSource(np.ones(3, np.float32), reading.images.texture(node, reading.owner), uv)
+        return ColorSource(np.ones(3, np.float32), reading.images.texture(node, reading), uv)
     if node.type in MIXES and is_color_mix(node) and node.blend_type in {"MIX", "MULTIPLY"}:
         factor, a, b = (feed(socket, source.groups) for socket in mix_inputs(node))
         share, doubt = estimate(factor, reading)

@@ -46,7 +46,7 @@ def _estimate_node(source: Feed, reading: Reading) -> tuple[np.ndarray, str]:
         case "TEX_IMAGE" | "TEX_ENVIRONMENT":
             if source.socket.name == "Alpha":
                 return np.ones(3), node.name
-            return reading.images.texture(node, reading.owner).pixels.mean((0, 1), dtype=np.float64), node.name
+            return reading.images.texture(node, reading).pixels.mean((0, 1), dtype=np.float64), node.name
         case "LIGHT_PATH":
             return np.full(3, _LIGHT_PATH.get(source.socket.name, 0.0)), node.name
         case "FRESNEL":  # the mean over a cosine-weighted hemisphere

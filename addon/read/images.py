@@ -2,12 +2,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Images: a Blender image as scene-linear pixels, each read once."""
 
+from typing import TYPE_CHECKING
+
 import bpy
 import numpy as np
 
 from ...gi_core.scene import Texture
 
-# What the pixels of a byte image hold, by the name of its colour space; float images are scene-linear once loaded.
+if TYPE_CHECKING:
+    from .nodes import Reading
+
+# Colour spaces of byte images whose values need no conversion.
 _LINEAR_SPACES = {"Non-Color", "Generic Data", "Raw", "Linear", "Linear Rec.709", "scene_linear"}
 
 
@@ -18,11 +23,14 @@ class ImageReader:
         self._pixels = {}
         self._textures = {}
 
-    def texture(self, node: bpy.types.Node, owner: str) -> Texture:
-        """The `Texture` of a node of `owner`. Raises ValueError where it has no image or the image cannot be loaded."""
+    def texture(self, node: bpy.types.Node, reading: "Reading") -> Texture:
+        """The `Texture` of a node. Raises ValueError where it has no image or the image cannot be loaded."""
         image = node.image
         if image is None:
-            raise ValueError(f"{owner}: node '{node.name}' has no image: choose one or remove the node")
+            raise ValueError(f"{reading.owner}: node '{node.name}' has no image: choose one or remove the node")
+        space = image.colorspace_settings.name
+        if not image.is_float and space not in {"sRGB", *_LINEAR_SPACES}:
+            reading.note(f"image '{image.name}' of colour space {space} is taken as sRGB")
         # Cycles multiplies colours by alpha, unless the node's alpha is used, or is no alpha but a channel of data.
         by_alpha = image.alpha_mode == "STRAIGHT" and not node.outputs[-1].is_linked
         extension = getattr(node, "extension", "REPEAT")

@@ -30,6 +30,7 @@ def read_mesh(mesh: bpy.types.Mesh, name: str) -> Mesh:
             for layer in mesh.uv_layers
         },
         render_uv=next((layer.name for layer in mesh.uv_layers if layer.active_render), ""),
+        active_uv=mesh.uv_layers.active.name if mesh.uv_layers.active else "",
     )
 
 

@@ -53,8 +53,9 @@ class Reading:
 
 def node_tree(owner: bpy.types.Material | bpy.types.Light | bpy.types.World) -> bpy.types.NodeTree | None:
     """The node tree of a material, light or world; None where it has none or does not use it."""
-    # From 5.0 on every tree is used, and asking for `use_nodes` warns.
-    return owner.node_tree if bpy.app.version >= (5, 0, 0) or owner.use_nodes else None
+    # Since 5.0, for lights since later, every tree is used, and asking for `use_nodes` warns.
+    always = getattr(owner.bl_rna.properties["use_nodes"], "is_deprecated", False)
+    return owner.node_tree if always or owner.use_nodes else None
 
 
 def output_feed(tree: bpy.types.NodeTree, type: str, name: str) -> Feed | None:

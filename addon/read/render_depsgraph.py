@@ -38,7 +38,7 @@ def with_render_depsgraph(
                 return
             try:
                 outcome.append((function(depsgraph), None))
-            except Exception as error:  # an engine's exceptions end in the console, not with the caller
+            except BaseException as error:  # an engine's exceptions end in the console, not with the caller
                 outcome.append((None, error))
 
     bpy.utils.register_class(ReadEngine)

@@ -47,7 +47,7 @@ def _image(source: Feed, reading: Reading) -> Environment | None:
     if rotation is None or image.node.image is None or image.node.image.source not in {"FILE", "GENERATED"}:
         return None
     strength = read_number(source.input("Strength"), reading, "its strength")
-    return Environment(np.full(3, strength, np.float32), reading.images.texture(image.node, reading.owner), rotation)
+    return Environment(np.full(3, strength, np.float32), reading.images.texture(image.node, reading), rotation)
 
 
 def _rotation(vector: Feed, reading: Reading) -> np.ndarray | None:

@@ -96,6 +96,12 @@ def test_what_is_not_taken_is_told():
     assert "depth of field" in read().approximated[0]
 
 
+def test_an_object_that_is_no_camera():
+    bpy.context.scene.camera = bpy.data.objects.new("empty", None)
+    bpy.context.scene.collection.objects.link(bpy.context.scene.camera)
+    assert read().camera is None and "'empty'" in read().approximated[0]
+
+
 def test_no_camera():
     assert read().camera is None
     assert bpy.context.scene.camera is None and not bpy.data.cameras
