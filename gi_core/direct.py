@@ -15,7 +15,7 @@ from .near import NearField, short_rays, summed
 from .sampling import cosine_hemisphere, r2_sequence, rotated
 from .scene import Environment, Light
 from .surfels import Surfels
-from .trace import FAR, Tracer
+from .trace import FAR, Tracer, offset
 from .vectors import dot, lit
 from .vpls import Vpls
 
@@ -38,12 +38,16 @@ def from_lamp(tracer: Tracer, surfels: Surfels, light: Light, samples: int, seed
     row = np.repeat(np.arange(n), samples)
     arrival = towards(light, surfels.position[row], u)
     cosine = dot(surfels.normal[row], arrival.direction)
-    front = dot(surfels.face[row], arrival.direction)
-    shone = np.flatnonzero((cosine > 0) & (front > 0) & lit(arrival.irradiance))
+    shone = np.flatnonzero((cosine > 0) & lit(arrival.irradiance))
     if light.shadow:
         # Not the whole way: the lamp's own surface, where a mesh models it, would stand in its light.
         far = np.minimum(arrival.distance[shone] * np.float32(1 - 1e-4), FAR)
-        shone = shone[~tracer.occluded(surfels.origin[row[shone]], arrival.direction[shone], far)]
+        # The shading normal decides whether a surface is lit. Where its face looks the other way the ray starts behind
+        # it, as in Cycles: a closed mesh then shades itself, a sheet of cloth is lit through.
+        face = surfels.face[row[shone]]
+        side = np.sign(dot(face, arrival.direction[shone]))[:, None]
+        origin = offset(surfels.position[row[shone]], face * side)
+        shone = shone[~tracer.occluded(origin, arrival.direction[shone], far)]
     irradiance = np.zeros((n * samples, 3), np.float32)
     irradiance[shone] = arrival.irradiance[shone] * cosine[shone, None]
     return irradiance.reshape(n, samples, 3).mean(1)

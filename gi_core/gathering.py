@@ -23,17 +23,19 @@ Pattern = Callable[[Surfels], tuple[np.ndarray, np.ndarray | float]]
 
 
 def gathered(
-    tracer: Tracer, here: Surfels, vpls: Vpls, pattern: Pattern, visibility: bool = True, ceiling: float = np.inf
+    tracer: Tracer, here: Surfels, vpls: Vpls, pattern: Pattern, visibility: bool = True, ceiling: float | None = None
 ) -> np.ndarray:
     """Irradiance that the pattern's lights send to each surfel, all pairs at once: (n, 3) float32 [W/m²].
 
-    ceiling: the most that one light's irradiance over its flux may be [1/m²].
+    ceiling: the most that one light's irradiance over its flux may be [1/m²]; without it the area that each light
+        stands for keeps the singularity in bounds.
     """
     index, factor = pattern(here)
-    pairs = transfer(
-        here.position[:, None], here.normal[:, None], vpls.position[index], vpls.normal[index], vpls.area[index]
-    )
-    pairs = np.where(index >= 0, np.minimum(pairs, np.float32(ceiling)) * factor, 0).astype(np.float32)
+    # Either bound, not both: what is found again by short rays is what the ceiling takes, and nothing else.
+    area = vpls.area[index] if ceiling is None else np.float32(0)
+    pairs = transfer(here.position[:, None], here.normal[:, None], vpls.position[index], vpls.normal[index], area)
+    pairs = pairs if ceiling is None else np.minimum(pairs, np.float32(ceiling))
+    pairs = np.where(index >= 0, pairs * factor, 0).astype(np.float32)
     if visibility:
         row, column = np.nonzero(pairs)
         origin, target = here.origin[row], vpls.origin[index[row, column]]
@@ -51,7 +53,7 @@ def gather(
     pattern: Pattern,
     samples: int,
     visibility: bool = True,
-    ceiling: float = np.inf,
+    ceiling: float | None = None,
 ) -> Iterator[float]:
     """The same for any number of surfels, tile by tile. A generator of progress; returns (n, 3) float32 [W/m²].
 

@@ -3,7 +3,7 @@
 """Surface points: what light arrives at and leaves from. Made from a camera, a light's map, UV texels and vertices."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -48,6 +48,11 @@ class Surfels:
     def origin(self) -> np.ndarray:
         """(n, 3) float32: where rays may start without meeting the surface that they leave."""
         return offset(self.position, self.face)
+
+    def turned(self, rows: np.ndarray) -> "Surfels":
+        """The same points, those that rows (n,) bool picks on the other side of their surface."""
+        sign = np.where(rows, -1, 1).astype(np.float32)[:, None]
+        return replace(self, normal=self.normal * sign, face=self.face * sign)
 
     @staticmethod
     def concatenate(parts: "list[Surfels]") -> "Surfels":

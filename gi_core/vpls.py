@@ -16,7 +16,7 @@ class Vpls:
 
     position: (n, 3) float32, where they are [m]; origin: (n, 3) float32, the same just off the surface, where rays
         start and end.
-    normal: (n, 3) float32, unit axis of the lobe.
+    normal: (n, 3) float32, unit axis of the lobe: the surface's own normal, not its shading normal.
     flux: (n, 3) float32 radiant flux Φ [W].
     area: (n,) float32 of the surface that each stands for [m²].
     """

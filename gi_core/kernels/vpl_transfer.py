@@ -5,7 +5,7 @@
 With unit directions the paper's two unnormalised dot products over the fourth power are cosθ_p cosθ_x / d². A
 Lambertian light of flux Φ has intensity Φ/π·cosθ_p; the paper leaves that 1/π to the flux, here it stands in the
 kernel, and nowhere else. The singularity is bounded by the area A_p that a light stands for: a disk of that area at
-height 0 has the denominator π d² + A_p.
+height 0 has the denominator π d² + A_p. An area of zero leaves the transfer as it is.
 """
 
 import numpy as np

@@ -17,6 +17,9 @@ from .views import Rays, View, rays
 # Grazing texels are long; beyond this their footprint says nothing about where their light is.
 _MIN_COSINE = 0.05
 
+# The most that a shading normal may brighten what a grazing ray lights.
+_MAX_SHADING = 10.0
+
 
 @dataclass(frozen=True)
 class Map:
@@ -36,9 +39,10 @@ class Map:
     view: View | None = None
 
     def lights(self) -> Vpls:
-        """A light for each texel, in the order of `surfels`."""
+        """A light for each texel, in the order of `surfels`; it shines about the face's normal, from the face's
+        area."""
         s = self.surfels
-        return Vpls(s.position, s.origin, s.normal, self.flux, self.area)
+        return Vpls(s.position, s.origin, s.face, self.flux, self.area)
 
 
 def render(tracer: Tracer, view: View, seed: int) -> Iterator[float]:
@@ -60,7 +64,14 @@ def trace_flux(tracer: Tracer, flux_rays: Rays, view: View | None = None) -> Ite
         depth = length(arm)
         cosine = np.abs(dot(flux_rays.direction[ray], surfels.face))
         area = (flux_rays.spread[ray] + flux_rays.solid_angle[ray] * depth**2) / np.maximum(cosine, _MIN_COSINE)
-        found[part.start] = Map(surfels, flux_rays.flux[ray] * surfels.albedo, area.astype(np.float32), depth)
+        # A smooth surface receives by its shading normal, which the flux of a ray knows nothing of (Veach 1997, §5.3).
+        shading = -dot(flux_rays.direction[ray], surfels.normal) / np.maximum(cosine, 1e-6)
+        if view is not None:
+            # Where it turns away from a lamp that the face sees, Cycles lights the face's other side.
+            surfels = surfels.turned(shading < 0)
+            shading = np.abs(shading)
+        flux = flux_rays.flux[ray] * surfels.albedo * np.clip(shading, 0, _MAX_SHADING)[:, None]
+        found[part.start] = Map(surfels, flux, area.astype(np.float32), depth)
 
     yield from tiles.run(tile, parts)
     maps = [found[part.start] for part in parts]
