@@ -37,5 +37,6 @@ def emitters(geometry: Geometry, n: int) -> Vpls:
     radiance = geometry.color("emission", triangle, weights)
     flux = np.pi * radiance * share[:, None].astype(np.float32)
     sides = [Vpls(position, offset(position, side), side, flux, share.astype(np.float32)) for side in (normal, -normal)]
-    every = coherent(Vpls.concatenate(sides))
+    every = Vpls.concatenate(sides)
+    every = every[coherent(every)]
     return equalized(every, every.flux.mean(-1), n)

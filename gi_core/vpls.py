@@ -40,19 +40,20 @@ class Vpls:
         return Vpls(*(np.concatenate([getattr(p, f.name) for p in [empty, *parts]]) for f in fields(Vpls)))
 
 
-def coherent(vpls: Vpls) -> Vpls:
-    """The lights that shine at all, in an order in which neighbours in the list face alike and are neighbours in space.
+def coherent(vpls: Vpls) -> np.ndarray:
+    """The indices of the lights that shine at all, (m,), in an order in which neighbours face alike and are close.
 
     By the octant of the normal, then along the Z-order curve through space. Whatever draws evenly from the list is then
     stratified over the scene's surfaces.
     """
-    vpls = vpls[lit(vpls.flux)]
-    if not len(vpls):
-        return vpls
-    low, high = vpls.position.min(0), vpls.position.max(0)
-    cells = ((vpls.position - low) / np.maximum(np.max(high - low), 1e-20) * 1023).astype(np.uint32)
-    octant = (vpls.normal > 0) @ np.array([1, 2, 4])
-    return vpls[np.lexsort((morton(cells), octant))]
+    shining = np.flatnonzero(lit(vpls.flux))
+    if not len(shining):
+        return shining
+    position = vpls.position[shining]
+    low, high = position.min(0), position.max(0)
+    cells = ((position - low) / np.maximum(np.max(high - low), 1e-20) * 1023).astype(np.uint32)
+    octant = (vpls.normal[shining] > 0) @ np.array([1, 2, 4])
+    return shining[np.lexsort((morton(cells), octant))]
 
 
 def equalized(vpls: Vpls, weight: np.ndarray, n: int) -> Vpls:

@@ -18,7 +18,7 @@ from ..surfels import Surfels
 from ..trace import Tracer
 from ..vpls import Vpls, coherent, equalized
 from .disk import disk_pattern
-from .importance import draw_weight
+from .importance import chosen
 from .maps import Map, render, trace_flux
 from .near import near_light
 from .scatter import scattered, sky_rays
@@ -34,8 +34,8 @@ class Lighting:
     """What a bake gathers from.
 
     maps: of each view of each lamp, where the disk pattern looks for its samples; empty for other patterns.
-    reflected: lights for everything else that is reflected; equally important ones, but for the pattern "all".
-    before: the same without the last bounce: what arrives where the last bounce leaves.
+    reflected: lights for everything else that is reflected, in coherent order, chosen for the points that gather.
+    before: the same without the last bounce, for the flux pattern: what arrives where the last bounce leaves.
     """
 
     maps: tuple[Map, ...]
@@ -52,36 +52,35 @@ def emit(tracer: Tracer, receivers: Surfels, settings: RsmSettings) -> Iterator[
     scene, seed = geometry.scene, settings.seed * 4096
     if not len(geometry.triangles):
         return Lighting((), Vpls.concatenate([]), Vpls.concatenate([]))
-    maps, unmapped = [], []
+    maps: list[Map] = []
     for light in scene.lights:
         for view in views(light, geometry.bounds, settings.map_resolution):
             maps.append((yield from render(tracer, view, seed + len(maps))))
-    surfaces = emitters(geometry, CLOUD)
+    others = []
     for flux_rays in (
-        scattered(surfaces, geometry.area, seed),
+        scattered(emitters(geometry, CLOUD), geometry.area, seed),
         sky_rays(scene.environment, geometry.bounds, CLOUD, seed),
     ):
         if len(flux_rays.origin):
-            unmapped.append((yield from trace_flux(tracer, flux_rays)).lights())
+            others.append((yield from trace_flux(tracer, flux_rays)).lights())
 
-    bounce = coherent(Vpls.concatenate([m.lights() for m in maps] + unmapped))
+    bounce = Vpls.concatenate([m.lights() for m in maps] + others)
     for k in range(1, settings.bounces):
+        bounce = bounce[coherent(bounce)]
         drawn = equalized(bounce, bounce.flux.mean(-1), CLOUD)
-        bounce = coherent((yield from trace_flux(tracer, scattered(drawn, geometry.area, seed + k))).lights())
-        unmapped.append(bounce)
+        bounce = (yield from trace_flux(tracer, scattered(drawn, geometry.area, seed + k))).lights()
+        others.append(bounce)
 
-    before, reflected = unmapped[:-1] if settings.bounces > 1 else [], unmapped
-    if settings.pattern != "disk":
-        reflected = [m.lights() for m in maps] + unmapped
-        before = reflected[:-1] if settings.bounces > 1 else []
-        maps = []
-    clouds = []
-    for lights in (coherent(Vpls.concatenate(reflected)), coherent(Vpls.concatenate(before))):
-        if settings.pattern != "all":
-            weight = yield from draw_weight(tracer, lights, receivers, seed, settings.visibility)
-            lights = equalized(lights, weight, CLOUD)
-        clouds.append(lights)
-    return Lighting(tuple(maps), *clouds)
+    if settings.pattern == "all":
+        return Lighting((), Vpls.concatenate([m.lights() for m in maps] + others), Vpls.concatenate([]))
+    if settings.pattern == "disk":
+        cloud = yield from chosen(tracer, [], others, receivers, CLOUD, seed, settings.visibility)
+        return Lighting(tuple(maps), cloud, Vpls.concatenate([]))
+    cloud = yield from chosen(tracer, maps, others, receivers, CLOUD, seed, settings.visibility)
+    before = Vpls.concatenate([])
+    if settings.bounces > 1:
+        before = yield from chosen(tracer, maps, others[:-1], receivers, CLOUD, seed, settings.visibility)
+    return Lighting((), cloud, before)
 
 
 def indirect(tracer: Tracer, surfels: Surfels, lighting: Lighting, settings: RsmSettings) -> Iterator[float]:
@@ -91,8 +90,8 @@ def indirect(tracer: Tracer, surfels: Surfels, lighting: Lighting, settings: Rsm
     if settings.pattern == "all":
         return (yield from gather(tracer, surfels, reflected, every(reflected), len(reflected), visibility))
     pattern = strided(reflected, n, seed)
-    # Without shadow rays there is no telling what is near in sight.
-    if settings.bound == "compensated" and visibility and len(reflected):
+    # Short rays find light of all lamps and in sight only: with maps apart or without shadow rays they do not fit.
+    if settings.bound == "compensated" and settings.pattern == "flux" and visibility and len(reflected):
         field = NearField.of(reflected, n)
         irradiance = yield from gather(tracer, surfels, reflected, pattern, n, visibility, field.ceiling)
         irradiance += yield from near_light(tracer, surfels, field, lighting.before, seed)

@@ -14,16 +14,21 @@ import numpy as np
 
 from .. import tiles
 from ..kernels.vpl_transfer import transfer
-from ..sampling import hash01
+from ..sampling import hash01, r2_sequence, systematic
 from ..surfels import Surfels
 from ..trace import Tracer
-from ..vpls import Vpls
+from ..vpls import Vpls, coherent, equalized
+from .maps import Map, trace_flux
+from .views import rays
 
 # Neighbouring lights share one estimate from this many pairs of a light and a receiver.
 _GROUPS, _PAIRS = 8192, 64
 
 # Share of the draws that go by flux alone: no light is drawn less than half as often as without the estimate.
 _DEFENSE = 0.5
+
+# Share of a map's rays that go evenly over it.
+_EXPLORE = 0.1
 
 
 def draw_weight(tracer: Tracer, vpls: Vpls, receivers: Surfels, seed: int, visibility: bool = True) -> Iterator[float]:
@@ -56,3 +61,75 @@ def draw_weight(tracer: Tracer, vpls: Vpls, receivers: Surfels, seed: int, visib
     group = np.minimum(np.arange(n) * groups // n, groups - 1)
     mean = np.sum(flux * brought[group]) / np.sum(flux)
     return flux * ((1 - _DEFENSE) * brought[group] + _DEFENSE * mean) if mean > 0 else flux
+
+
+# Texels along the side of a cell, the unit in which a map's rays are handed out anew.
+_CELL = 4
+
+
+def chosen(
+    tracer: Tracer, maps: list[Map], others: list[Vpls], receivers: Surfels, n: int, seed: int, visibility: bool
+) -> Iterator[float]:
+    """About n lights, in coherent order, that matter to the receivers and stand for all.
+
+    maps: are drawn anew, with most rays where they matter: a sunlit strip that has forty texels in the map of a whole
+    building gets thousands. others: lights without a map, of which a part is taken.
+    A generator of progress; returns the Vpls.
+    """
+    parts = [m.lights() for m in maps] + others
+    every = Vpls.concatenate(parts)
+    order = coherent(every)
+    weight = np.zeros(len(every))
+    weight[order] = yield from draw_weight(tracer, every[order], receivers, seed, visibility)
+    if not np.any(weight):
+        return Vpls.concatenate([])
+
+    ends = np.cumsum([len(p) for p in parts])
+    mapped = ends[len(maps) - 1] if maps else 0
+    lights = []
+    if np.any(weight[:mapped]):
+        count = round(n * weight[:mapped].sum() / weight.sum())
+        of_maps = np.split(weight[:mapped], ends[: len(maps) - 1])
+        lights += yield from _redrawn(tracer, maps, of_maps, max(1, count), seed)
+    if np.any(weight[mapped:]):
+        order = order[order >= mapped]
+        count = round(n * weight[mapped:].sum() / weight.sum())
+        lights.append(equalized(every[order], weight[order], max(1, count)))
+    cloud = Vpls.concatenate(lights)
+    return cloud[coherent(cloud)]
+
+
+def _redrawn(tracer: Tracer, maps: list[Map], weights: list[np.ndarray], n: int, seed: int) -> Iterator[float]:
+    """n rays through cells of maps in proportion to their texels' weights. A generator; returns a list of Vpls."""
+    cells = []
+    for source, weight in zip(maps, weights):
+        side = source.view.resolution
+        blocks = -(-side // _CELL)
+        row, column = np.divmod(source.surfels.place, side)
+        cell = row // _CELL * blocks + column // _CELL
+        cells.append(np.bincount(cell, weight, blocks * blocks))
+    weight = np.concatenate(cells)
+    # What the map's few texels have missed may be lit all the same: a part goes to the whole map, evenly.
+    lit_cells = np.concatenate([np.full(len(c), c.sum() / len(c)) for c in cells])
+    weight = (1 - _EXPLORE) * weight + _EXPLORE * lit_cells
+    drawn = systematic(weight, n)
+    expected = n * weight / weight.sum()
+
+    lights, begin = [], 0
+    for k, (source, of_map) in enumerate(zip(maps, cells)):
+        here = drawn[(drawn >= begin) & (drawn < begin + len(of_map))] - begin
+        if len(here):
+            side = source.view.resolution
+            blocks = -(-side // _CELL)
+            low = np.stack([here % blocks, here // blocks], -1) * _CELL
+            size = np.minimum(_CELL, side - low)
+            # Within a cell one low-discrepancy sequence, from a start of the cell's own.
+            rank = np.arange(len(here)) - np.searchsorted(here, here)
+            start = np.stack([hash01(here, seed * 4 + 2 * k + i) for i in (0, 1)], -1)
+            u = (r2_sequence(int(rank.max()) + 1)[rank] + start) % 1
+            lens = np.stack([hash01(np.arange(len(here)), seed * 4 + 2 * k + i + 1024) for i in (0, 1)], -1)
+            share = np.prod(size, -1) / side**2 / expected[begin + here]
+            flux_rays = rays(source.view, (low + u * size) / side, lens, share)
+            lights.append((yield from trace_flux(tracer, flux_rays, source.view)).lights())
+        begin += len(of_map)
+    return lights

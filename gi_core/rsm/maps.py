@@ -12,7 +12,7 @@ from ..surfels import TILE, Surfels, along_rays
 from ..trace import Tracer
 from ..vectors import dot, length
 from ..vpls import Vpls
-from .views import Rays, View, rays
+from .views import Rays, View, texel_rays
 
 # Grazing texels are long; beyond this their footprint says nothing about where their light is.
 _MIN_COSINE = 0.05
@@ -47,7 +47,7 @@ class Map:
 
 def render(tracer: Tracer, view: View, seed: int) -> Iterator[float]:
     """The map of a view. A generator of progress; returns the Map."""
-    return (yield from trace_flux(tracer, rays(view, seed), view))
+    return (yield from trace_flux(tracer, texel_rays(view, seed), view))
 
 
 def trace_flux(tracer: Tracer, flux_rays: Rays, view: View | None = None) -> Iterator[float]:

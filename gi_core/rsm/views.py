@@ -111,24 +111,33 @@ def views(light: Light, bounds: np.ndarray, resolution: int) -> list[View]:
     return faces
 
 
-def rays(view: View, seed: int) -> Rays:
+def texel_rays(view: View, seed: int) -> Rays:
     """One ray for each texel, through a random point of it; row by row from the bottom."""
-    light, n = view.light, view.resolution
+    n = view.resolution
     index = np.arange(n * n, dtype=np.uint32)
     random = [hash01(index, seed * 8 + k) for k in range(4)]
     st = np.stack([(index % n + random[0]) / n, (index // n + random[1]) / n], -1)
-    lens = np.stack(random[2:], -1)
+    return rays(view, st, np.stack(random[2:], -1), np.full(n * n, 1 / n**2))
+
+
+def rays(view: View, st: np.ndarray, lens: np.ndarray, share: np.ndarray) -> Rays:
+    """Rays through points of a map.
+
+    st: (n, 2) points, 0…1; lens: (n, 2) where on a soft lamp each starts, 0…1; share: (n,) of the map that each stands
+        for.
+    """
+    light, n = view.light, len(st)
     plane = (2 * st - 1) * view.extent
     basis = np.stack([view.x, view.y, view.forward])
 
     if view.kind == "ORTHOGRAPHIC":
-        texel = 4 * view.extent[0] * view.extent[1] / n**2
+        section = 4 * view.extent[0] * view.extent[1] * share
         origin = view.origin + plane @ basis[:2]
         cos_rim = np.cos(light.angle / 2)
-        direction = cone(np.broadcast_to(view.forward, origin.shape), np.full(len(index), 1 - cos_rim), lens)
+        direction = cone(np.broadcast_to(view.forward, origin.shape), np.full(n, 1 - cos_rim), lens)
         # Slanted rays of a sun with an angle pass the map's plane with their cosine; the mean is one.
         gain = 2 * (direction @ view.forward) / (1 + cos_rim)
-        return _rays(origin, direction, texel * gain, light.power, texel, 0.0)
+        return _rays(origin, direction, section * gain, light.power, section, np.zeros(n))
 
     if view.kind == "HEMISPHERE":
         # Even on the disk is cosine-distributed over the hemisphere: each texel carries the same flux (Malley's
@@ -138,14 +147,14 @@ def rays(view: View, seed: int) -> Rays:
         direction = np.concatenate([on_disk, height[:, None]], -1) @ basis
         i, j, size = view.part
         origin = points_on(light, np.array([i, j], np.float32) + size * lens)
-        share = view.extent[0] ** 2 / (n * _AREA_PARTS) ** 2
+        share = share * (view.extent[0] / _AREA_PARTS) ** 2
         gain = share * spread_gain(light, height)
-        return _rays(origin, direction, gain, light.power, 0.0, np.pi * share / height)
+        return _rays(origin, direction, gain, light.power, np.zeros(n), np.pi * share / height)
 
-    tangent = np.concatenate([plane, np.ones((len(index), 1))], -1)
+    tangent = np.concatenate([plane, np.ones((n, 1))], -1)
     cosine = 1 / length(tangent)
     direction = (tangent * cosine[:, None]) @ basis
-    solid_angle = 4 * view.extent[0] * view.extent[1] / n**2 * cosine**3
+    solid_angle = 4 * view.extent[0] * view.extent[1] * share * cosine**3
     origin = np.broadcast_to(view.origin, direction.shape)
     if light.radius > 0:
         # The sphere's disk as the ray's direction sees it; on the sphere's skin unless the lamp is a disk itself.
@@ -153,17 +162,13 @@ def rays(view: View, seed: int) -> Rays:
         x, y = frame(direction)
         lift = 0 if light.soft_falloff else np.sqrt(np.maximum(1 - np.sum(local**2, -1, keepdims=True), 0))
         origin = origin + light.radius * (local[:, :1] * x + local[:, 1:] * y + lift * direction)
-    return _rays(
-        origin, direction, solid_angle * spot_gain(light, direction), light.power / (4 * np.pi), 0.0, solid_angle
-    )
+    intensity = light.power / (4 * np.pi)
+    return _rays(origin, direction, solid_angle * spot_gain(light, direction), intensity, np.zeros(n), solid_angle)
 
 
 def _rays(origin, direction, gain, color, spread, solid_angle) -> Rays:
-    n = len(origin)
-    return Rays(
-        origin.astype(np.float32), direction.astype(np.float32), (gain[:, None] * np.asarray(color)).astype(np.float32),
-        np.broadcast_to(np.float32(spread), n), np.broadcast_to(np.asarray(solid_angle, np.float32), n),
-    )  # fmt: skip
+    flux = gain[:, None] * np.asarray(color)
+    return Rays(*(np.asarray(a, np.float32) for a in (origin, direction, flux, spread, solid_angle)))
 
 
 def project(view: View, points: np.ndarray) -> np.ndarray:

@@ -5,7 +5,7 @@
 import numpy as np
 import pytest
 from gi_bake.gi_core import direct, lights, sampling, surfels, tiles
-from gi_bake.gi_core.rsm.views import project, rays, views
+from gi_bake.gi_core.rsm.views import project, texel_rays, views
 from gi_bake.gi_core.scene import Environment
 from gi_bake.tests import shapes
 
@@ -77,14 +77,14 @@ def test_sun_is_its_irradiance_and_nothing_shines_behind():
 
 @pytest.mark.parametrize("name", [n for n in LAMPS if "sun" not in n])
 def test_flux_through_a_sphere_is_that_of_the_maps(name):
-    """Irradiance on a sphere around the lamp, from `towards`, adds up to the flux that `rays` send out."""
+    """Irradiance on a sphere around the lamp, from `towards`, adds up to the flux that `texel_rays` send out."""
     lamp = LAMPS[name]
     center, radius = np.array([0, 0, 0.5]), 3.0
     normal = -sampling.cone(np.tile(np.float32([0, 0, 1]), (N, 1)), np.full(N, 2.0), U)
     arrival = lights.towards(lamp, (center - radius * normal).astype(np.float32), U[:, ::-1])
     cosine = np.maximum((arrival.direction * normal).sum(-1), 0)
     through = (arrival.irradiance[:, 0] * cosine).mean() * 4 * np.pi * radius**2
-    sent = sum(rays(view, k).flux[:, 0].sum(dtype=np.float64) for k, view in enumerate(views(lamp, BOUNDS, 256)))
+    sent = sum(texel_rays(view, k).flux[:, 0].sum(dtype=np.float64) for k, view in enumerate(views(lamp, BOUNDS, 256)))
     assert np.isclose(sent, through, rtol=5e-3)
     if name != "spot" and name != "wide spot":
         assert np.isclose(sent, 10, rtol=2e-3)
@@ -92,7 +92,7 @@ def test_flux_through_a_sphere_is_that_of_the_maps(name):
 
 def test_a_suns_map_covers_the_scene_and_carries_its_flux():
     [view] = views(LAMPS["sun"], BOUNDS, 64)
-    sent = rays(view, 0)
+    sent = texel_rays(view, 0)
     assert np.isclose(sent.flux[:, 0].sum(dtype=np.float64), 3.0 * 4, rtol=1e-3)
     corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
     assert ((project(view, corners) >= 0) & (project(view, corners) <= 1)).all()
@@ -101,7 +101,7 @@ def test_a_suns_map_covers_the_scene_and_carries_its_flux():
 @pytest.mark.parametrize("name", ["point", "spot", "wide spot", "area", "spread", "ellipse", "sun"])
 def test_projecting_a_rays_points_gives_its_texel(name):
     for view in views(LAMPS[name], BOUNDS, 48):
-        sent = rays(view, 1)
+        sent = texel_rays(view, 1)
         if view.kind == "HEMISPHERE":
             # Seen from the middle of the lamp, which the rays leave all over.
             points = view.origin + 2 * sent.direction

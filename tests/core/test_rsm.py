@@ -138,3 +138,74 @@ def test_vertices_and_texels_of_a_lit_floor_agree():
     of_texels = tiles.finish(rsm.indirect(tracer, texels, lighting, SETTINGS))[:, 0].reshape(32, 32)
     of_corners = tiles.finish(rsm.indirect(tracer, corners, lighting, SETTINGS))[:, 0]
     assert np.allclose(of_corners, of_texels[[0, 0, -1, -1], [0, -1, -1, 0]], rtol=0.1)
+
+
+def corner(bound, samples=64, seed=0):
+    """Irradiance on a wall, 1 cm to 40 cm above a sunlit floor that it stands on."""
+    wall = shapes.quad((1, -1, 0), (1, -1, 2), (1, 1, 2), (1, 1, 0), name="wall")
+    tracer = shapes.tracer([shapes.plate(0, 1), wall], [shapes.lamp("SUN", 2.0, (0, 0, 5))])
+    here = np.stack([np.full(2000, 1.0), np.linspace(-0.5, 0.5, 2000), np.linspace(0.01, 0.4, 2000)], -1)
+    facing_it = np.tile(np.float32([-1, 0, 0]), (2000, 1))
+    points = Surfels(here.astype(np.float32), facing_it, facing_it, 0 * facing_it, 0 * facing_it, np.arange(2000))
+    return irradiance(tracer, points, replace(SETTINGS, bound=bound, samples=samples, seed=seed))[:, 0], here
+
+
+def wall_over_floor(y, z):
+    """Closed form of the same: an element on a wall at height z over a floor of depth 2, from y = −1 to y = 1.
+
+    Contour integral of a rectangle over a perpendicular element: for a floor that begins at the wall.
+    """
+    depth = 2.0
+    r = np.hypot(depth, z)
+
+    def half(width):
+        return (np.arctan(width / z) - z / r * np.arctan(width / r)) / (2 * np.pi)
+
+    return half(1 - y) + half(1 + y)
+
+
+def test_the_near_field_is_exact_and_calm():
+    found, here = corner("compensated")
+    expected = wall_over_floor(here[:, 1], here[:, 2])
+    assert np.isclose(found.mean(), expected.mean(), rtol=0.005)
+    low = here[:, 2] < 0.05
+    assert np.isclose(found[low].mean(), expected[low].mean(), rtol=0.01)
+    plain, _ = corner("disc")
+    assert np.std(found - expected) < 0.4 * np.std(plain - expected)
+
+
+def test_error_falls_with_samples_as_it_should():
+    """Mean square error times samples stays level: no outliers that only many samples would tame."""
+    errors = []
+    for samples in (16, 64, 256):
+        found, here = corner("compensated", samples)
+        errors.append(samples * np.mean((found - wall_over_floor(here[:, 1], here[:, 2])) ** 2))
+    assert max(errors) < 3 * min(errors)
+
+
+def test_lights_that_nobody_sees_take_few_samples(monkeypatch):
+    """A sun on a wide roof, and through a slit onto the floor of the room below."""
+    roof = [
+        shapes.plate(1, 5, center=(-5.1, 0), name="roof left"),
+        shapes.plate(1, 5, center=(5.1, 0), name="roof right"),
+    ]
+    room = [shapes.plate(0, 1, name="floor")]
+    tracer = shapes.tracer(roof + room, [shapes.lamp("SUN", 2.0, (0, 0, 5))])
+    below = facing((0.5, 0, 0.9), n=500)
+
+    def error():
+        found = irradiance(tracer, below, replace(SETTINGS, samples=64, map_resolution=512))[:, 0]
+        return found.mean(), found.std()
+
+    mean, deviation = error()
+    monkeypatch.setattr("gi_bake.gi_core.rsm.importance._DEFENSE", 1.0)
+    monkeypatch.setattr("gi_bake.gi_core.rsm.importance._EXPLORE", 1.0)
+    even_mean, even_deviation = error()
+    assert np.isclose(mean, even_mean, rtol=0.1)
+    assert deviation < 0.5 * even_deviation
+
+
+def test_drawing_lights_anew_keeps_their_flux():
+    tracer = shapes.tracer([shapes.box(1)], [shapes.lamp("POINT", 10, (0.2, 0.1, 0.3), radius=0.05)])
+    lighting = tiles.finish(rsm.emit(tracer, facing((0, 0, 0), (1, 0, 0)), SETTINGS))
+    assert np.isclose(lighting.reflected.flux[:, 0].sum(dtype=np.float64), 10 * 0.5, rtol=0.005)
