@@ -23,12 +23,13 @@ import numpy as np
 from ..gi_core import images, rsm, surfels
 from ..gi_core.direct import lamps, surroundings
 from ..gi_core.geometry import Geometry
+from ..gi_core.rsm.interpolation import interpolated_indirect
 from ..gi_core.rsm.settings import RsmSettings
 from ..gi_core.scene import Camera
 from ..gi_core.settings import SettingError, Settings
 from ..gi_core.surfels import Surfels
 from ..gi_core.trace import Tracer
-from . import preflight
+from . import denoise, preflight
 from .read import read_scene
 
 METHODS = {"rsm": RsmSettings}
@@ -167,7 +168,10 @@ def bake(
     stages = Stages()
     yield 0.0, "check"
     with stages.time("check"):
-        findings = preflight.check(scene, view_layer, target=job.target, objects=job.objects, uv=job.uv, output=output)
+        findings = preflight.check(
+            scene, view_layer,
+            target=job.target, objects=job.objects, uv=job.uv, output=output, denoise=job.settings.denoise,
+        )  # fmt: skip
     if any(f.severity == "ERROR" for f in findings):
         raise Refused(findings)
 
@@ -183,10 +187,11 @@ def bake(
     direct_light = yield from stages.run("lamps", lamps(tracer, points, settings.light_samples, settings.seed))
     around = yield from stages.run("surroundings", surroundings(tracer, points, settings.samples, settings.seed))
     lighting = yield from stages.run("maps", rsm.emit(tracer, points, settings))
-    indirect_light = yield from stages.run("gather", rsm.indirect(tracer, points, lighting, settings))
-    if settings.denoise == "bilateral":
+    gathering = _gathered(tracer, points, lighting, settings, job)
+    indirect_light, notes = yield from stages.run("gather", gathering)
+    if settings.denoise != "none":
         noisy = np.concatenate([around, indirect_light], -1)
-        clean = yield from stages.run("denoise", _denoised(receivers, noisy, settings.denoise_passes))
+        clean = yield from stages.run("denoise", _denoised(receivers, noisy, settings, tracer))
         around, indirect_light = clean[:, :3], clean[:, 3:]
     direct_light += around
 
@@ -202,18 +207,22 @@ def bake(
             )
         else:
             light = {r.name: r.light(there, here) for r, there, here in lit}
-    warnings = tuple(f"{f.code}: {f.message}" for f in findings)
+    warnings = (*(f"{f.code}: {f.message}" for f in findings), *notes)
     return Result(job, layers, light, "cpu", stages.seconds, core.approximated, warnings)
 
 
 @dataclass(frozen=True)
 class _Receiver:
-    """The points of an image, a lightmap or a mesh's vertices; shape: (h, w) or (v,) of what they are places in."""
+    """The points of an image, a lightmap or a mesh's vertices.
+
+    shape: (h, w) or (v,) of what they are places in. subpixels: of a pixel along each axis.
+    """
 
     name: str
     points: Surfels
     shape: tuple[int, ...]
     centred: np.ndarray
+    subpixels: int = 1
 
     def light(self, direct_light: np.ndarray, indirect_light: np.ndarray) -> Light:
         count = int(np.prod(self.shape))
@@ -233,6 +242,15 @@ def _per_point(job: Job) -> Settings:
     return replace(settings, samples=-(-settings.samples // share), light_samples=-(-settings.light_samples // share))
 
 
+def _gathered(tracer: Tracer, points: Surfels, lighting: rsm.Lighting, settings: Settings, job: Job) -> Iterator[float]:
+    """Reflected light at all points: a generator of progress; returns (n, 3) irradiance and sentences about it."""
+    if job.target != "image" or settings.interpolation == 1:
+        return (yield from rsm.indirect(tracer, points, lighting, settings)), []
+    camera = _camera(tracer.geometry.scene.camera, job.resolution)
+    irradiance, share = yield from interpolated_indirect(tracer, points, lighting, settings, camera, settings.antialias)
+    return irradiance, [f"interpolation: {share:.1%} of the image's points reuse their neighbours' light"]
+
+
 def _receivers(tracer: Tracer, job: Job) -> Iterator[float]:
     """What gets light: a generator of progress; returns a list of _Receiver."""
     scene = tracer.geometry.scene
@@ -240,7 +258,7 @@ def _receivers(tracer: Tracer, job: Job) -> Iterator[float]:
         camera, subpixels = _camera(scene.camera, job.resolution), job.settings.antialias
         points = yield from surfels.from_camera(tracer, camera, subpixels)
         shape = (camera.resolution[1] * subpixels, camera.resolution[0] * subpixels)
-        return [_Receiver("", points, shape, np.ones(len(points), bool))]
+        return [_Receiver("", points, shape, np.ones(len(points), bool), subpixels)]
 
     receivers = []
     names = job.objects or tuple(i.name for i in scene.instances if not i.is_copy)
@@ -271,10 +289,19 @@ def _split(receivers: list[_Receiver], values: np.ndarray) -> list[np.ndarray]:
     return np.split(values, np.cumsum([len(r.points) for r in receivers])[:-1])
 
 
-def _denoised(receivers: list[_Receiver], irradiance: np.ndarray, passes: int) -> Iterator[float]:
+def _denoised(
+    receivers: list[_Receiver], irradiance: np.ndarray, settings: Settings, tracer: Tracer
+) -> Iterator[float]:
     """Irradiance smoothed in those receivers that are images: (n, c). A generator of progress; returns the values."""
     parts = _split(receivers, irradiance)
     for k, receiver in enumerate(receivers):
-        if len(receiver.shape) == 2:
-            parts[k] = yield from images.smoothed(parts[k], receiver.points, receiver.shape[::-1], passes)
+        if len(receiver.shape) != 2:
+            continue
+        points, resolution = receiver.points, receiver.shape[::-1]
+        # A lightmap goes on under walls; what a camera sees does not.
+        walls = tracer if receiver.name else None
+        if settings.denoise == "oidn":
+            parts[k] = yield from denoise.smoothed(parts[k], points, resolution, receiver.subpixels)
+        else:
+            parts[k] = yield from images.smoothed(parts[k], points, resolution, settings.denoise_passes, walls)
     return np.concatenate(parts)

@@ -15,6 +15,7 @@ import bpy
 import numpy as np
 
 from ..gi_core.scene import Camera, Mesh, Scene, Texture
+from . import denoise as denoiser
 from .read import read_depsgraph
 from .read.nodes import Reading
 from .read.render_depsgraph import with_render_depsgraph
@@ -50,6 +51,7 @@ def check(
     objects: Sequence[str] = (),
     uv: str = "",
     output: str | Path | None = None,
+    denoise: str = "bilateral",
 ) -> list[Finding]:
     """What stands in the way of a bake of `view_layer` of `scene`, errors first.
 
@@ -57,11 +59,12 @@ def check(
     objects: names of the objects that get results; empty for all that render.
     uv: name of the UV map that lightmaps lie on; "" for each mesh's active one.
     output: path of the folder for files; None where none are written.
+    denoise: how noise is taken out, as in the settings.
 
     The file is not changed. Raises RuntimeError where Blender cannot render now.
     """
     camera = scene.camera
-    findings = [*_check_output(output), *_check_libraries()]
+    findings = [*_check_output(output), *_check_libraries(), *_check_denoiser(denoise, target)]
     if target == "image" and camera is None:
         findings.append(_error("NO_CAMERA", "", f"Scene '{scene.name}' has no camera.", "Add one and make it active."))
 
@@ -112,6 +115,17 @@ def _check_libraries() -> Iterator[Finding]:
         if library.is_missing:
             message = f"The linked file '{library.filepath}' is missing; what it holds is left out."
             yield _warning("MISSING_LIBRARY", library.name, message, "Relocate the library.")
+
+
+def _check_denoiser(denoise: str, target: str) -> Iterator[Finding]:
+    if denoise != "oidn":
+        return
+    if target == "vertices":
+        message = "Open Image Denoise works on images; light at vertices keeps its noise."
+        yield _warning("DENOISER_NOT_USED", "", message, "Take more samples, or bake to lightmaps.")
+    elif not denoiser.is_available():
+        message = "This Blender was built without Open Image Denoise, or the processor is too old for it."
+        yield _error("DENOISER_MISSING", "", message, "Use denoise=bilateral.")
 
 
 class _ImageCheck:

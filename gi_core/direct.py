@@ -9,11 +9,12 @@ import numpy as np
 from . import environment as beyond
 from . import tiles
 from .emitters import emitters
+from .environment import Sky
 from .gathering import gathered, strided
 from .lights import towards
 from .near import NearField, short_rays, summed
-from .sampling import cosine_hemisphere, r2_sequence, rotated
-from .scene import Environment, Light
+from .sampling import cosine_hemisphere, hash01, r2_sequence, rotated
+from .scene import Light
 from .surfels import Surfels
 from .trace import FAR, Tracer, offset
 from .vectors import dot, lit
@@ -53,41 +54,61 @@ def from_lamp(tracer: Tracer, surfels: Surfels, light: Light, samples: int, seed
     return irradiance.reshape(n, samples, 3).mean(1)
 
 
-def from_environment(tracer: Tracer, surfels: Surfels, environment: Environment, samples: int, seed: int) -> np.ndarray:
-    """Irradiance from what lies beyond the scene: (n, 3) float32 [W/m²], by cosine-distributed rays."""
+def from_environment(tracer: Tracer, surfels: Surfels, sky: Sky, samples: int, seed: int) -> np.ndarray:
+    """Irradiance from what lies beyond the scene, or a part of it: (n, 3) float32 [W/m²].
+
+    A share of the rays, the sky's own, goes where its light comes from, the rest is cosine-distributed, and each counts
+    by the density of both kinds together (the balance heuristic, Veach 1995).
+    """
     n = len(surfels)
     u = rotated(r2_sequence(samples), surfels.place, seed).reshape(-1, 2)
     row = np.repeat(np.arange(n), samples)
-    direction = cosine_hemisphere(surfels.normal[row], u)
-    open_ = dot(surfels.face[row], direction) > 0
-    open_[open_] = ~tracer.occluded(surfels.origin[row[open_]], direction[open_], np.full(open_.sum(), FAR))
+    normal = surfels.normal[row]
+    direction = cosine_hemisphere(normal, u)
+    if sky.share:
+        # Of an odd number of rays a point has one more of either kind, by chance.
+        turn = (np.arange(samples) + hash01(surfels.place, ~seed)[:, None]) / samples
+        drawn = np.flatnonzero(turn.ravel() < sky.share)
+        direction[drawn] = sky.sample(u[drawn])
+    cosine = dot(normal, direction)
+    up = np.flatnonzero((cosine > 0) & (dot(surfels.face[row], direction) > 0))
+    up = up[~tracer.occluded(surfels.origin[row[up]], direction[up], np.full(len(up), FAR))]
+    worth = np.float32(np.pi)
+    if sky.share:
+        density = (1 - sky.share) * cosine[up] / np.pi + sky.share * sky.pdf(direction[up])
+        # By rounding a ray may leave the light that it was drawn from.
+        worth = np.divide(cosine[up], density, out=np.zeros(len(up)), where=density > 0).astype(np.float32)[:, None]
     arrived = np.zeros((n * samples, 3), np.float32)
-    arrived[open_] = np.pi * beyond.radiance(environment, direction[open_])
+    arrived[up] = worth * sky.radiance(direction[up])
     return arrived.reshape(n, samples, 3).mean(1)
 
 
 def from_lamps(tracer: Tracer, surfels: Surfels, samples: int, seed: int) -> np.ndarray:
-    """Irradiance from all lamps, all points at once: (n, 3) float32 [W/m²]; samples: for each soft lamp."""
+    """Irradiance from all lamps and from suns in the environment, all points at once: (n, 3) float32 [W/m²].
+
+    samples: for each soft lamp, and for the suns.
+    """
     irradiance = np.zeros((len(surfels), 3), np.float32)
     for k, light in enumerate(tracer.geometry.scene.lights):
         irradiance += from_lamp(tracer, surfels, light, samples, seed * 1024 + k)
+    if tracer.suns:
+        irradiance += from_environment(tracer, surfels, tracer.suns, samples, seed * 1024 + 1021)
     return irradiance
 
 
 def from_surroundings(tracer: Tracer, surfels: Surfels, glow: Vpls, samples: int, seed: int) -> np.ndarray:
-    """Irradiance from emitting surfaces and the environment, all points at once: (n, 3) float32 [W/m²].
+    """Irradiance from emitting surfaces and the environment but its suns, all points at once: (n, 3) float32 [W/m²].
 
     glow: what `emitters` made of the emitting surfaces. samples: for all of them together, and for the environment.
     """
     irradiance = np.zeros((len(surfels), 3), np.float32)
-    environment = tracer.geometry.scene.environment
     if len(glow):
         field = NearField.of(glow, samples)
-        irradiance += gathered(tracer, surfels, glow, strided(glow, samples, seed), ceiling=field.ceiling)
+        irradiance += gathered(tracer, surfels, glow, strided(glow, samples, seed), bound=field.clamp)
         row, met, share = short_rays(tracer, surfels, field, seed)
         irradiance += summed(row, np.pi * met.emission * share[:, None], len(surfels)) / field.rays
-    if not beyond.is_black(environment):
-        irradiance += from_environment(tracer, surfels, environment, samples, seed * 1024 + 1023)
+    if not beyond.is_black(tracer.geometry.scene.environment):
+        irradiance += from_environment(tracer, surfels, tracer.sky, samples, seed * 1024 + 1023)
     return irradiance
 
 

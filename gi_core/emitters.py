@@ -7,7 +7,6 @@ import numpy as np
 from .geometry import Geometry
 from .sampling import r2_sequence, systematic
 from .trace import offset
-from .vectors import length
 from .vpls import Vpls, coherent, equalized
 
 
@@ -20,23 +19,31 @@ def emitters(geometry: Geometry, n: int) -> Vpls:
     strength = np.array([np.mean(np.abs(m.emission.value)) for m in scene.materials], np.float32)
     if not np.any(strength) or not len(geometry.triangles):
         return Vpls.concatenate([])
-    every = np.arange(len(geometry.triangles))
-    a, b, c = np.moveaxis(geometry.vertices[geometry.triangles], 1, 0)
-    area = length(np.cross(b - a, c - a)) / 2
-    weight = area * strength[geometry.material(every)]
-    if not np.any(weight > 0):
+    strength = strength[geometry.material(np.arange(len(geometry.triangles)))]
+    if not np.any(geometry.areas * strength > 0):
         return Vpls.concatenate([])
-
-    triangle = systematic(weight, n)
-    # The standing area of each draw: its triangle's area over the draws that the triangle expects.
-    share = weight.sum() / (n * weight[triangle]) * area[triangle]
-    u = r2_sequence(n)
-    root = np.sqrt(u[:, 0])
-    weights = np.stack([1 - root, root * (1 - u[:, 1]), root * u[:, 1]], -1).astype(np.float32)
+    triangle, weights, share = strewn(geometry, strength, n)
     position, normal = geometry.position(triangle, weights), geometry.face_normal(triangle)
     radiance = geometry.color("emission", triangle, weights)
-    flux = np.pi * radiance * share[:, None].astype(np.float32)
-    sides = [Vpls(position, offset(position, side), side, flux, share.astype(np.float32)) for side in (normal, -normal)]
+    flux = np.pi * radiance * share[:, None]
+    sides = [Vpls(position, offset(position, side), side, flux, share) for side in (normal, -normal)]
     every = Vpls.concatenate(sides)
     every = every[coherent(every)]
     return equalized(every, every.flux.mean(-1), n)
+
+
+def strewn(geometry: Geometry, strength: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """n points on triangles, drawn by area times strength (t,), evenly on each triangle.
+
+    Returns triangles (n,), barycentric weights (n, 3) and the area that each point stands for (n,) [m²], float32.
+    Raises ValueError where no triangle has both area and strength.
+    """
+    area = geometry.areas
+    weight = area.astype(np.float64) * strength
+    triangle = systematic(weight, n)
+    # A triangle's area over the draws that it expects.
+    share = weight.sum() / (n * weight[triangle]) * area[triangle]
+    u = r2_sequence(n)
+    root = np.sqrt(u[:, 0])
+    weights = np.stack([1 - root, root * (1 - u[:, 1]), root * u[:, 1]], -1)
+    return triangle, weights.astype(np.float32), share.astype(np.float32)

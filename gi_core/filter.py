@@ -8,15 +8,17 @@ import numpy as np
 
 from . import tiles
 from .kernels.bilateral import bilateral
+from .trace import Tracer
 
 _ROWS = 64
 
 
-def smooth(value, position, normal, passes: int) -> Iterator[float]:
+def smooth(value, position, normal, passes: int, walls=None) -> Iterator[float]:
     """The joint bilateral filter over an image of surface points, reaching 4, 12, 28 … pixels from the centre with 1,
     2, 3 … passes.
 
-    value: (h, w, c), position, normal: (h, w, 3) float32; a normal of zero marks pixels without a surface.
+    value: (h, w, c), position, normal: (h, w, 3) float32; a normal of zero marks pixels without a surface. walls: what
+        `walls_between` found, None where all that is filtered together is in sight of each other.
     A generator of progress; returns (h, w, c) float32.
     """
     footprint = pixel_footprint(position, normal)
@@ -29,12 +31,34 @@ def smooth(value, position, normal, passes: int) -> Iterator[float]:
             # Rows around the tile that its taps reach.
             low, high = max(part.start - 2 * step, 0), min(part.stop + 2 * step, h)
             rows = slice(low, high)
-            done = bilateral(value[rows], position[rows], normal[rows], footprint[rows], step)
+            between = None if walls is None else walls[rows]
+            done = bilateral(value[rows], position[rows], normal[rows], footprint[rows], step, between)
             out[part] = done[part.start - low : part.stop - low]
 
         yield from tiles.run(tile, tiles.slices(h, max(_ROWS, 4 * step)))
         value = out
     return value
+
+
+def walls_between(tracer: Tracer, position: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """How many walls stand between a pixel and the beginning of its row, and of its column: (h, w, 2) float32.
+
+    A texel of a floor may lie a hand's breadth from one in the next room. Whether something stands between two
+    neighbours is asked by a ray from one to the other, half a pixel above the surface.
+    """
+    footprint = pixel_footprint(position, normal)
+    lifted = (position + 0.5 * footprint[..., None] * normal).astype(np.float32)
+    counts = np.zeros((*footprint.shape, 2), np.float32)
+    for k, axis in enumerate((1, 0)):
+        n = footprint.shape[axis]
+        first, second = (np.take(lifted, range(s, n - 1 + s), axis) for s in (0, 1))
+        pair = np.logical_and(*(np.take(footprint > 0, range(s, n - 1 + s), axis) for s in (0, 1)))
+        blocked = np.zeros(pair.shape, np.float32)
+        blocked[pair] = ~tracer.connected(first[pair], second[pair])
+        after = [slice(None)] * 2
+        after[axis] = slice(1, None)
+        counts[(*after, k)] = np.cumsum(blocked, axis)
+    return counts
 
 
 def pixel_footprint(position: np.ndarray, normal: np.ndarray) -> np.ndarray:

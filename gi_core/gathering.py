@@ -3,6 +3,7 @@
 """Gathering: irradiance at surfels from virtual point lights, with shadow rays between them."""
 
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,19 +23,25 @@ _PAIRS = 1 << 16
 Pattern = Callable[[Surfels], tuple[np.ndarray, np.ndarray | float]]
 
 
-def gathered(
-    tracer: Tracer, here: Surfels, vpls: Vpls, pattern: Pattern, visibility: bool = True, ceiling: float | None = None
-) -> np.ndarray:
-    """Irradiance that the pattern's lights send to each surfel, all pairs at once: (n, 3) float32 [W/m²].
+@dataclass(frozen=True)
+class Bound:
+    """What keeps lights that are very near from being infinitely bright.
 
-    ceiling: the most that one light's irradiance over its flux may be [1/m²]; without it the area that each light
-        stands for keeps the singularity in bounds.
+    kind: how, see `vpl_transfer`. area: by which area [m²]; None for what each light stands for.
     """
+
+    kind: str = "disc"
+    area: float | None = None
+
+
+def gathered(
+    tracer: Tracer, here: Surfels, vpls: Vpls, pattern: Pattern, visibility: bool = True, bound: Bound = Bound()
+) -> np.ndarray:
+    """Irradiance that the pattern's lights send to each surfel, all pairs at once: (n, 3) float32 [W/m²]."""
     index, factor = pattern(here)
-    # Either bound, not both: what is found again by short rays is what the ceiling takes, and nothing else.
-    area = vpls.area[index] if ceiling is None else np.float32(0)
-    pairs = transfer(here.position[:, None], here.normal[:, None], vpls.position[index], vpls.normal[index], area)
-    pairs = pairs if ceiling is None else np.minimum(pairs, np.float32(ceiling))
+    area = vpls.area[index] if bound.area is None else np.float32(bound.area)
+    there = vpls.position[index], vpls.normal[index]
+    pairs = transfer(here.position[:, None], here.normal[:, None], *there, area, bound.kind)
     pairs = np.where(index >= 0, pairs * factor, 0).astype(np.float32)
     if visibility:
         row, column = np.nonzero(pairs)
@@ -53,7 +60,7 @@ def gather(
     pattern: Pattern,
     samples: int,
     visibility: bool = True,
-    ceiling: float | None = None,
+    bound: Bound = Bound(),
 ) -> Iterator[float]:
     """The same for any number of surfels, tile by tile. A generator of progress; returns (n, 3) float32 [W/m²].
 
@@ -64,7 +71,7 @@ def gather(
         return irradiance
 
     def tile(part: slice):
-        irradiance[part] = gathered(tracer, surfels[part], vpls, pattern, visibility, ceiling)
+        irradiance[part] = gathered(tracer, surfels[part], vpls, pattern, visibility, bound)
 
     yield from tiles.run(tile, tiles.slices(len(surfels), _PAIRS // samples))
     return irradiance

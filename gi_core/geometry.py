@@ -57,10 +57,15 @@ class Geometry:
         return np.stack([self.vertices.min(0), self.vertices.max(0)])
 
     @property
+    def areas(self) -> np.ndarray:
+        """Area of each triangle: (t,) float32 [m²]."""
+        a, b, c = np.moveaxis(self.vertices[self.triangles], 1, 0)
+        return length(np.cross(b - a, c - a)) / 2
+
+    @property
     def area(self) -> float:
         """Area of all triangles [m²]."""
-        a, b, c = np.moveaxis(self.vertices[self.triangles], 1, 0)
-        return float(length(np.cross(b - a, c - a)).sum(dtype=np.float64) / 2)
+        return float(self.areas.sum(dtype=np.float64))
 
     def find(self, name: str) -> int:
         """An object's index in `scene.instances` by its name. Raises KeyError where there is none."""

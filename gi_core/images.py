@@ -7,9 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from . import environment as beyond
-from .filter import smooth
+from .filter import smooth, walls_between
 from .scene import Camera, Environment
 from .surfels import Surfels, camera_rays
+from .trace import Tracer
 
 
 def spread(values: np.ndarray, surfels: Surfels, resolution: tuple[int, int]) -> np.ndarray:
@@ -20,12 +21,44 @@ def spread(values: np.ndarray, surfels: Surfels, resolution: tuple[int, int]) ->
     return image.reshape(h, w, -1)
 
 
-def smoothed(irradiance: np.ndarray, surfels: Surfels, resolution: tuple[int, int], passes: int) -> Iterator[float]:
-    """Irradiance of an image's surfels, filtered along surfaces: (n, c) -> (n, c). A generator of progress; returns the
-    values."""
+def smoothed(
+    irradiance: np.ndarray,
+    surfels: Surfels,
+    resolution: tuple[int, int],
+    passes: int,
+    tracer: Tracer | None = None,
+) -> Iterator[float]:
+    """Irradiance of an image's surfels, filtered along surfaces: (n, c) -> (n, c).
+
+    tracer: finds the walls that the filter must not cross in a lightmap; what one camera sees needs none.
+    A generator of progress; returns the values.
+    """
     image, position, normal = (spread(a, surfels, resolution) for a in (irradiance, surfels.position, surfels.normal))
-    image = yield from smooth(image, position, normal, passes)
+    walls = None if tracer is None else walls_between(tracer, position, normal)
+    image = yield from smooth(image, position, normal, passes, walls)
     return image.reshape(-1, irradiance.shape[-1])[surfels.place]
+
+
+def by_pixel(
+    values: np.ndarray, weight: np.ndarray, surfels: Surfels, resolution: tuple[int, int], subpixels: int
+) -> np.ndarray:
+    """Weighed means of each pixel's surfels, zero where there is none: (n, c) and (n, c or 1) -> (h, w, c) float32.
+
+    resolution: (width, height) in subpixels; `subpixels`: of a pixel along each axis.
+    """
+    w, h = resolution[0] // subpixels, resolution[1] // subpixels
+
+    def total(a: np.ndarray) -> np.ndarray:
+        return spread(a, surfels, resolution).reshape(h, subpixels, w, subpixels, -1).sum((1, 3))
+
+    light, whole = total(weight * values), total(weight)
+    return np.divide(light, whole, out=np.zeros_like(light), where=whole > 0)
+
+
+def of_pixels(image: np.ndarray, surfels: Surfels, subpixels: int) -> np.ndarray:
+    """What an image (h, w, c) has where surfels of subpixels are: (n, c)."""
+    row, column = np.divmod(surfels.place, image.shape[1] * subpixels)
+    return image[row // subpixels, column // subpixels]
 
 
 def camera_layers(

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .gathering import Bound
 from .sampling import cosine_hemisphere, r2_sequence, rotated
 from .surfels import Surfels, along_rays
 from .trace import Tracer
@@ -40,9 +41,9 @@ class NearField:
         return NearField(area, max(1, round(samples * _RAYS)))
 
     @property
-    def ceiling(self) -> float:
-        """The most that a light's transfer may be [1/m²]."""
-        return 1 / self.area
+    def clamp(self) -> Bound:
+        """The bound of lights' transfer; what it takes, short rays find."""
+        return Bound("geometry", self.area)
 
     @property
     def radius(self) -> float:

@@ -40,8 +40,8 @@ class Settings:
     device: str = setting("auto", "What computes: the processor or the graphics card", choices=("auto", "cpu", "gpu"))
     denoise: str = setting(
         "bilateral",
-        "Smooths noise along surfaces: not at all, or guided by position and normal",
-        choices=("none", "bilateral"),
+        "Takes noise out: not at all, by a filter along surfaces, or by Open Image Denoise; vertices stay as they are",
+        choices=("none", "bilateral", "oidn"),
     )
     denoise_passes: int = setting(
         3, "Passes of the bilateral filter; each doubles its reach: 4, 12, 28 pixels", low=1, high=6
@@ -67,7 +67,8 @@ class Settings:
             value, m = getattr(self, f.name), f.metadata
             if m["choices"] and value not in m["choices"]:
                 raise SettingError(f"setting '{f.name}' is '{value}'; choose one of {', '.join(m['choices'])}")
-            if (m["low"] is not None and value < m["low"]) or (m["high"] is not None and value > m["high"]):
+            # Written so that what is not a number is out of bounds too.
+            if m["low"] is not None and not m["low"] <= value <= m["high"]:
                 raise SettingError(f"setting '{f.name}' is {value}; it goes from {m['low']} to {m['high']}")
 
 

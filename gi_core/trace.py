@@ -12,6 +12,7 @@ import numpy as np
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
+from .environment import parted
 from .geometry import Geometry
 from .vectors import length
 
@@ -33,10 +34,14 @@ class Hits:
 
 
 class Tracer:
-    """Closest hits and occlusion."""
+    """Closest hits and occlusion.
+
+    geometry: what rays meet. sky, suns: what those see that meet nothing, see `environment.parted`.
+    """
 
     def __init__(self, geometry: Geometry):
         self.geometry = geometry
+        self.sky, self.suns = parted(geometry.scene.environment)
         self._scene = EmbreeScene(robust=True)
         self._empty = not len(geometry.triangles)
         if not self._empty:

@@ -45,7 +45,7 @@ def with_render_depsgraph(
     try:
         with (
             _render_settings(scene, view_layer, ReadEngine.bl_idname),
-            _own_render_slot(),
+            own_render_slot(),
             # Given by name the scene would be set to the frame of the one on the screen.
             bpy.context.temp_override(scene=scene, view_layer=view_layer),
         ):
@@ -88,7 +88,7 @@ def _render_settings(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, en
 
 
 @contextlib.contextmanager
-def _own_render_slot() -> Iterator[None]:
+def own_render_slot() -> Iterator[None]:
     """Lets the empty picture go to the last slot of the Render Result, so that what the user looks at stays."""
     image = _render_result()
     if image is None:

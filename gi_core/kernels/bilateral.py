@@ -3,8 +3,8 @@
 """One pass of the joint bilateral filter: a 5 × 5 B-spline with holes (à trous; Dammertz et al. 2010), stopped at edges
 of the surface.
 
-A tap counts by how far it lies off the centre's tangent plane and how its normal differs; irradiance itself does not
-stop the filter, so that noise does not either.
+A tap counts by how far it lies off the centre's tangent plane and how its normal differs, and not at all behind a wall;
+irradiance itself does not stop the filter, so that noise does not either.
 """
 
 import numpy as np
@@ -14,12 +14,14 @@ _SPLINE = np.array([1, 4, 6, 4, 1], np.float32) / 16
 _NORMAL_SQUARINGS = 4
 
 
-def bilateral(value, position, normal, footprint, step: int) -> np.ndarray:
+def bilateral(value, position, normal, footprint, step: int, walls=None) -> np.ndarray:
     """Values averaged along the surface.
 
     value: (h, w, c) float32; position, normal: (h, w, 3) float32; footprint: (h, w) float32, size of a pixel on its
-    surface [m], 0 where there is none; step: pixels between taps. Returns (h, w, c) float32, zero where there is no
-    surface.
+    surface [m], 0 where there is none; step: pixels between taps; walls: (h, w, 2) float32, how many walls stand
+    between
+    a pixel and the beginning of its row and of its column: a tap counts only where none stands on the way to it, along
+    the row and then along the column. Returns (h, w, c) float32, zero where there is no surface.
     """
     h, w, c = value.shape
     margin = 2 * step
@@ -29,6 +31,7 @@ def bilateral(value, position, normal, footprint, step: int) -> np.ndarray:
     values = [np.pad(value[..., k], pad) for k in range(c)]
     positions = [np.pad(position[..., k], pad) for k in range(3)]
     normals = [np.pad(normal[..., k], pad) for k in range(3)]
+    in_row, in_column = (None, None) if walls is None else (np.pad(walls[..., k], pad) for k in (0, 1))
     inverse = np.where(footprint > 0, 1 / np.maximum(footprint * step, 1e-20), 0).astype(np.float32)
 
     total, out = np.zeros((h, w), np.float32), [np.zeros((h, w), np.float32) for _ in range(c)]
@@ -41,6 +44,9 @@ def bilateral(value, position, normal, footprint, step: int) -> np.ndarray:
             for _ in range(_NORMAL_SQUARINGS):
                 weight *= weight
             weight *= weight_padded[at] * (_SPLINE[j] * _SPLINE[i]) / (1 + plane * plane) ** 2
+            if walls is not None:
+                beside = (slice(margin, margin + h), at[1])
+                weight *= (in_row[beside] == walls[..., 0]) & (in_column[at] == in_column[beside])
             total += weight
             for k in range(c):
                 out[k] += weight * values[k][at]

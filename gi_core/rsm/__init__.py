@@ -9,10 +9,12 @@ Both are generators of progress; `tiles.finish` runs one to its value.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from ..emitters import emitters
-from ..gathering import every, gather, strided
+from ..gathering import Bound, every, gather, strided
 from ..near import NearField
 from ..surfels import Surfels
 from ..trace import Tracer
@@ -21,12 +23,15 @@ from .disk import disk_pattern
 from .importance import chosen
 from .maps import Map, render, trace_flux
 from .near import near_light
-from .scatter import scattered, sky_rays
+from .scatter import scattered, skylit
 from .settings import RsmSettings
 from .views import views
 
 # Lights of equal brightness that a bake keeps: many more than a point gathers from, few enough to stay near the cores.
 CLOUD = 1 << 17
+
+# Lamps whose maps have their full resolution; more lamps share as many texels.
+_FULL_MAPS = 4
 
 
 @dataclass(frozen=True)
@@ -35,12 +40,10 @@ class Lighting:
 
     maps: of each view of each lamp, where the disk pattern looks for its samples; empty for other patterns.
     reflected: lights for everything else that is reflected, in coherent order, chosen for the points that gather.
-    before: the same without the last bounce, for the flux pattern: what arrives where the last bounce leaves.
     """
 
     maps: tuple[Map, ...]
     reflected: Vpls
-    before: Vpls
 
 
 def emit(tracer: Tracer, receivers: Surfels, settings: RsmSettings) -> Iterator[float]:
@@ -51,18 +54,20 @@ def emit(tracer: Tracer, receivers: Surfels, settings: RsmSettings) -> Iterator[
     geometry = tracer.geometry
     scene, seed = geometry.scene, settings.seed * 4096
     if not len(geometry.triangles):
-        return Lighting((), Vpls.concatenate([]), Vpls.concatenate([]))
+        return Lighting((), Vpls.concatenate([]))
     maps: list[Map] = []
+    # However many lamps there are, their maps take no more than those of a few.
+    resolution = max(8, round(settings.map_resolution * min(1.0, np.sqrt(_FULL_MAPS / max(1, len(scene.lights))))))
+    # Only the flux pattern draws maps anew where they matter; the others gather from one map of a sun as it is.
+    focus = _focus(receivers) if settings.pattern == "flux" else None
     for light in scene.lights:
-        for view in views(light, geometry.bounds, settings.map_resolution):
+        for view in views(light, geometry.bounds, resolution, focus):
             maps.append((yield from render(tracer, view, seed + len(maps))))
     others = []
-    for flux_rays in (
-        scattered(emitters(geometry, CLOUD), geometry.area, seed),
-        sky_rays(scene.environment, geometry.bounds, CLOUD, seed),
-    ):
-        if len(flux_rays.origin):
-            others.append((yield from trace_flux(tracer, flux_rays)).lights())
+    glow = scattered(emitters(geometry, CLOUD), geometry.area, seed)
+    if len(glow.origin):
+        others.append((yield from trace_flux(tracer, glow)).lights())
+    others.append((yield from skylit(tracer, CLOUD, seed)))
 
     bounce = Vpls.concatenate([m.lights() for m in maps] + others)
     for k in range(1, settings.bounces):
@@ -72,33 +77,48 @@ def emit(tracer: Tracer, receivers: Surfels, settings: RsmSettings) -> Iterator[
         others.append(bounce)
 
     if settings.pattern == "all":
-        return Lighting((), Vpls.concatenate([m.lights() for m in maps] + others), Vpls.concatenate([]))
-    if settings.pattern == "disk":
-        cloud = yield from chosen(tracer, [], others, receivers, CLOUD, seed, settings.visibility)
-        return Lighting(tuple(maps), cloud, Vpls.concatenate([]))
-    cloud = yield from chosen(tracer, maps, others, receivers, CLOUD, seed, settings.visibility)
-    before = Vpls.concatenate([])
-    if settings.bounces > 1:
-        before = yield from chosen(tracer, maps, others[:-1], receivers, CLOUD, seed, settings.visibility)
-    return Lighting((), cloud, before)
+        return Lighting((), Vpls.concatenate([m.lights() for m in maps] + others))
+    apart = maps if settings.pattern == "disk" else []
+    maps = [] if apart else maps
+    return Lighting(
+        tuple(apart), (yield from chosen(tracer, maps, others, receivers, CLOUD, seed, settings.visibility))
+    )
+
+
+def _focus(receivers: Surfels) -> np.ndarray | None:
+    """Corners of the box around nearly all points that gather, with room for what lights them: (2, 3) [m]."""
+    if not len(receivers):
+        return None
+    low, high = np.quantile(receivers.position[:: max(1, len(receivers) // 4096)], (0.02, 0.98), axis=0)
+    return np.stack([low, high]) + 0.25 * np.max(high - low) * np.array([[-1], [1]])
 
 
 def indirect(tracer: Tracer, surfels: Surfels, lighting: Lighting, settings: RsmSettings) -> Iterator[float]:
     """Irradiance from reflected light. A generator of progress; returns (n, 3) float32 [W/m²]."""
     n, seed, visibility = settings.samples, settings.seed, settings.visibility
-    reflected = lighting.reflected
+    reflected, bound = lighting.reflected, _bound(settings)
+    if not settings.pattern_per_point:
+        surfels = replace(surfels, place=np.zeros_like(surfels.place))
     if settings.pattern == "all":
-        return (yield from gather(tracer, surfels, reflected, every(reflected), len(reflected), visibility))
+        return (yield from gather(tracer, surfels, reflected, every(reflected), len(reflected), visibility, bound))
     pattern = strided(reflected, n, seed)
     # Short rays find light of all lamps and in sight only: with maps apart or without shadow rays they do not fit.
     if settings.bound == "compensated" and settings.pattern == "flux" and visibility and len(reflected):
         field = NearField.of(reflected, n)
-        irradiance = yield from gather(tracer, surfels, reflected, pattern, n, visibility, field.ceiling)
-        irradiance += yield from near_light(tracer, surfels, field, lighting.before, seed)
+        if bound.area is not None:
+            field = replace(field, area=bound.area)
+        irradiance = yield from gather(tracer, surfels, reflected, pattern, n, visibility, field.clamp)
+        irradiance += yield from near_light(tracer, surfels, field, settings.bounces, seed)
     else:
-        irradiance = yield from gather(tracer, surfels, reflected, pattern, n, visibility)
+        irradiance = yield from gather(tracer, surfels, reflected, pattern, n, visibility, bound)
     each = max(1, n // max(1, len(lighting.maps)))
     for k, source in enumerate(lighting.maps):
         pattern = disk_pattern(source, settings.disk_radius, each, settings.weighting == "literal", seed * 4096 + k)
-        irradiance += yield from gather(tracer, surfels, source.lights(), pattern, each, visibility)
+        irradiance += yield from gather(tracer, surfels, source.lights(), pattern, each, visibility, bound)
     return irradiance
+
+
+def _bound(settings: RsmSettings) -> Bound:
+    """The bound of lights that nothing compensates for."""
+    kind = "disc" if settings.bound == "compensated" else settings.bound
+    return Bound(kind, np.pi * settings.bound_distance**2 if settings.bound_distance else None)

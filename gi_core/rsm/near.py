@@ -9,22 +9,23 @@ import numpy as np
 from .. import tiles
 from ..direct import EMITTERS, from_lamps, from_surroundings
 from ..emitters import emitters
-from ..gathering import gathered, strided
 from ..near import NearField, short_rays, summed
-from ..surfels import Surfels
+from ..sampling import cosine_hemisphere, hash01
+from ..surfels import Surfels, along_rays
 from ..trace import Tracer
+from ..vectors import dot
 from ..vpls import Vpls
 
-# Samples of soft lamps, of the surroundings and of light of earlier bounces where a short ray ends.
+# Samples of soft lamps and of the surroundings where a short ray ends.
 _SAMPLES = 2
 
 _PAIRS = 1 << 15
 
 
-def near_light(tracer: Tracer, surfels: Surfels, field: NearField, before: Vpls, seed: int) -> Iterator[float]:
+def near_light(tracer: Tracer, surfels: Surfels, field: NearField, bounces: int, seed: int) -> Iterator[float]:
     """Irradiance from surfaces in the near field. A generator of progress; returns (n, 3) float32 [W/m²].
 
-    before: lights of all bounces but the last, which light the surfaces that the short rays meet.
+    bounces: reflections in all, of which the last is the surface that the short ray meets.
     """
     irradiance = np.zeros((len(surfels), 3), np.float32)
     glow = emitters(tracer.geometry, EMITTERS)
@@ -32,11 +33,21 @@ def near_light(tracer: Tracer, surfels: Surfels, field: NearField, before: Vpls,
     def tile(part: slice):
         here = surfels[part]
         row, met, share = short_rays(tracer, here, field, seed)
-        arriving = from_lamps(tracer, met, _SAMPLES, seed) + from_surroundings(tracer, met, glow, _SAMPLES, seed)
-        if len(before):
-            arriving += gathered(tracer, met, before, strided(before, _SAMPLES, seed))
         # π times the radiance that a diffuse surface sends is albedo times what arrives there.
-        irradiance[part] = summed(row, met.albedo * arriving * share[:, None], len(here)) / field.rays
+        sent = met.albedo * arriving(tracer, met, glow, bounces - 1, seed)
+        irradiance[part] = summed(row, sent * share[:, None], len(here)) / field.rays
 
     yield from tiles.run(tile, tiles.slices(len(surfels), _PAIRS // field.rays))
+    return irradiance
+
+
+def arriving(tracer: Tracer, here: Surfels, glow: Vpls, bounces: int, seed: int) -> np.ndarray:
+    """Irradiance at points after any number of reflections, by one path from each: (n, 3) float32 [W/m²]."""
+    irradiance = from_lamps(tracer, here, _SAMPLES, seed) + from_surroundings(tracer, here, glow, _SAMPLES, seed)
+    if bounces and len(here):
+        u = np.stack([hash01(here.place, seed * 1024 + 8 * bounces + k) for k in (0, 1)], -1)
+        direction = cosine_hemisphere(here.normal, u)
+        front = np.flatnonzero(dot(direction, here.face) > 0)
+        met, hit = along_rays(tracer, here.origin[front], direction[front], here.place[front])
+        irradiance[front[hit]] += met.albedo * arriving(tracer, met, glow, bounces - 1, seed)
     return irradiance

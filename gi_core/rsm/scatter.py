@@ -1,15 +1,23 @@
 # SPDX-FileCopyrightText: 2026 GI Bake authors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Light that has no map: sent on from points on surfaces, and into the scene from the sky."""
+"""Light that has no map: sent on from points on surfaces, and what the sky lights."""
+
+from collections.abc import Iterator
 
 import numpy as np
 
 from .. import environment as beyond
-from ..sampling import cosine_hemisphere, disk, frame, hash01
-from ..scene import Environment
-from ..vectors import normalize
+from .. import tiles
+from ..direct import from_environment
+from ..emitters import strewn
+from ..sampling import cosine_hemisphere, hash01
+from ..surfels import at
+from ..trace import Tracer
 from ..vpls import Vpls
 from .views import Rays
+
+# Rays to the sky from each point that stands for what it lights, and points worked on at once by a thread.
+_SKY_RAYS, _POINTS = 4, 1 << 13
 
 
 def _no_rays() -> Rays:
@@ -32,23 +40,26 @@ def scattered(lights: Vpls, surface: float, seed: int) -> Rays:
     return Rays(lights.origin, direction, lights.flux, np.full(n, surface / n, np.float32), np.zeros(n, np.float32))
 
 
-def sky_rays(environment: Environment, bounds: np.ndarray, n: int, seed: int) -> Rays:
-    """n rays that fill a scene from all around with the environment's light; none where it is black.
+def skylit(tracer: Tracer, n: int, seed: int) -> Iterator[float]:
+    """Light of the sky that surfaces reflect, as n points all over them, on both sides; none where the sky is black.
 
-    bounds: (2, 3) corners of the scene. Directions are even over the sphere, starts even over the scene's disk across
-        them.
+    Not by rays from the sky: in a closed room nearly all of them would be lost on its outside. A generator of progress;
+    returns the Vpls.
     """
-    if beyond.is_black(environment):
-        return _no_rays()
-    random = [hash01(np.arange(n), seed * 4 + k) for k in range(4)]
-    z, phi = 2 * random[0] - 1, 2 * np.pi * random[1]
-    across = np.sqrt(np.maximum(1 - z * z, 0))
-    direction = normalize(np.stack([across * np.cos(phi), across * np.sin(phi), z], -1))
-    center, radius = bounds.mean(0), np.linalg.norm(bounds[1] - bounds[0]) / 2
-    local = disk(np.stack(random[2:], -1)) * radius
-    x, y = frame(direction)
-    origin = center - radius * direction + local[:, :1] * x + local[:, 1:] * y
-    section = np.pi * radius**2
-    flux = beyond.radiance(environment, -direction) * np.float32(4 * np.pi * section / n)
-    spread = np.full(n, section / n, np.float32)
-    return Rays(origin.astype(np.float32), direction.astype(np.float32), flux.astype(np.float32), spread, 0 * spread)
+    geometry = tracer.geometry
+    if beyond.is_black(tracer.sky.environment) or not geometry.area > 0:
+        return Vpls.concatenate([])
+    triangle, weights, area = strewn(geometry, np.ones(len(geometry.triangles)), n // 2)
+    place = np.arange(2 * len(triangle))
+    points = at(geometry, np.tile(triangle, 2), np.tile(weights, (2, 1)), place).turned(place >= len(triangle))
+    area = np.tile(area, 2)
+    flux = np.zeros_like(points.albedo)
+    skies = [sky for sky in (tracer.sky, tracer.suns) if sky]
+
+    def tile(part: slice):
+        here = points[part]
+        for k, sky in enumerate(skies):
+            flux[part] += here.albedo * from_environment(tracer, here, sky, _SKY_RAYS, 2 * seed + k) * area[part, None]
+
+    yield from tiles.run(tile, tiles.slices(len(points), _POINTS))
+    return Vpls(points.position, points.origin, points.face, flux, area)

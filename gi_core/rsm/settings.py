@@ -30,12 +30,34 @@ class RsmSettings(Settings):
         choices=("exact", "literal"),
     )
     disk_radius: float = setting(0.3, "Radius of the disk pattern as a share of the map's side", low=0.001, high=2.0)
+    pattern_per_point: bool = setting(
+        True,
+        "A sample pattern of its own for each point, which leaves noise; off, one for all points, which leaves bands "
+        "(both as published)",
+    )
     bound: str = setting(
         "compensated",
         "Keeps lights that are very near from making bright specks: clamped, with short rays that find again what the "
-        "clamp takes (exact), or by the disk that each light stands for",
-        choices=("compensated", "disc"),
+        "clamp takes (exact); or darker in corners, by the disk that each light stands for, by a least distance, by "
+        "the greatest transfer, or by moving lights back into their surface (as published)",
+        choices=("compensated", "disc", "distance", "geometry", "offset"),
+    )
+    bound_distance: float = setting(
+        0.0,
+        "How near a light counts as very near, for every bound: the radius of the disk, the least distance, the way "
+        "back; 0 takes it from the area that each light stands for",
+        low=0.0,
+        high=1000.0,
+        unit="m",
     )
     visibility: bool = setting(
         True, "Shadow rays between a point and the light reflected to it; without them light leaks"
+    )
+    interpolation: int = setting(
+        1,
+        "Camera image: gathers at every so many-th pixel along each axis, mixes between them on even surfaces, and "
+        "gathers fully at edges; 1 gathers everywhere",
+        low=1,
+        high=64,
+        unit="pixels",
     )

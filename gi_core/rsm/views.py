@@ -3,9 +3,9 @@
 """How a map looks out of its light: which ray each texel stands for, how much flux it carries, and back from points to
 texels.
 
-A lamp's maps share `map_resolution`² texels: a sun has one orthographic map fitted to the scene, a spot one perspective
-map, a point light (and a very wide spot) six cube faces, an area light a hemisphere from each of 4 × 4 parts of its
-surface.
+A lamp's maps share `map_resolution`² texels: a sun has an orthographic map fitted to the scene, or where the scene is
+much larger than what is to be lit a few, one around the other; a spot has one perspective map, a point light (and a
+very wide spot) six cube faces, an area light a hemisphere from each of 4 × 4 parts of its surface.
 Soft lamps start each texel's ray somewhere on the lamp, so that indirect shadows are as soft as they should be.
 """
 
@@ -21,6 +21,10 @@ from ..vectors import length, normalize
 _WIDEST_PERSPECTIVE = np.radians(130)
 _AREA_PARTS = 4
 
+# A cascade's side over that of the next finer one.
+_CASCADE_RATIO = 4.0
+_MOST_CASCADES = 4
+
 
 @dataclass(frozen=True)
 class View:
@@ -34,6 +38,7 @@ class View:
     resolution: texels along each side.
     light: the lamp.
     part: lower corner and size of the area light's part that the view looks out of, in 0…1 along both axes.
+    hole: left, right, bottom, top of what a finer cascade covers, in 0…1 of the map; no flux leaves from there.
     """
 
     kind: str
@@ -45,6 +50,7 @@ class View:
     resolution: int
     light: Light
     part: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    hole: tuple[float, float, float, float] | None = None
 
 
 @dataclass(frozen=True)
@@ -63,24 +69,16 @@ class Rays:
     solid_angle: np.ndarray
 
 
-def views(light: Light, bounds: np.ndarray, resolution: int) -> list[View]:
-    """The maps of a lamp. bounds: (2, 3) corners of all that may be lit; resolution: texels along the side of one map
-    for all."""
+def views(light: Light, bounds: np.ndarray, resolution: int, focus: np.ndarray | None = None) -> list[View]:
+    """The maps of a lamp.
+
+    bounds: (2, 3) corners of all that may be lit. focus: (2, 3) corners of what matters most, for the cascades of suns.
+    resolution: texels along the side of one map for all.
+    """
     x, y = (normalize(light.matrix[:3, i]) for i in (0, 1))
     forward, position = axes(light)[2], light.matrix[:3, 3]
     if light.kind == "SUN":
-        x, y = frame(forward)
-        corners = np.array(
-            [[bounds[i, 0], bounds[j, 1], bounds[k, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)], np.float64
-        )
-        local = corners @ np.stack([x, y, forward], -1)
-        low, high = local.min(0), local.max(0)
-        # A sun with an angle sends slanted rays: room around the scene for those that come in from the side.
-        margin = (high[2] - low[2]) * np.tan(light.angle / 2) + 1e-4 * np.max(high - low)
-        center = (low + high) / 2
-        origin = center[0] * x + center[1] * y + (low[2] - margin) * forward
-        extent = tuple((high - low)[:2] / 2 + margin)
-        return [View("ORTHOGRAPHIC", origin, x, y, forward, extent, resolution, light)]
+        return _cascades(light, bounds, bounds if focus is None else focus, resolution)
 
     if light.kind == "AREA":
         # Right-handed whatever the lamp's own scale mirrors.
@@ -111,6 +109,46 @@ def views(light: Light, bounds: np.ndarray, resolution: int) -> list[View]:
     return faces
 
 
+def _cascades(light: Light, bounds: np.ndarray, focus: np.ndarray, resolution: int) -> list[View]:
+    """Orthographic maps of a sun, the finest around the focus, each of the others several times as wide, the last over
+    all."""
+    forward = axes(light)[2]
+    x, y = frame(forward)
+    low, high = _extent(bounds, x, y, forward)
+    # A sun with an angle sends slanted rays: room around the scene for those that come in from the side.
+    margin = (high[2] - low[2]) * np.tan(light.angle / 2) + 1e-4 * np.max(high - low)
+    whole = np.stack([low[:2] - margin, high[:2] + margin])
+    near = np.stack([side[:2] for side in _extent(focus, x, y, forward)])
+    half = np.maximum(np.ptp(near, 0) / 2 + margin, np.ptp(whole, 0) / 2 * _CASCADE_RATIO ** (1 - _MOST_CASCADES))
+    center = np.clip(near.mean(0), whole[0] + half, whole[1] - half)
+    rectangles = [np.stack([center - half, center + half])]
+    while np.any(2 * np.ptp(rectangles[-1], 0) < np.ptp(whole, 0)):
+        half = np.ptp(rectangles[-1], 0) * _CASCADE_RATIO / 2
+        rectangles.append(np.clip([center - half, center + half], *whole))
+    # What is half the whole is the whole: another map would gain little.
+    rectangles[-1] = whole
+
+    texels = max(1, round(resolution / np.sqrt(len(rectangles))))
+    cascades, inner = [], None
+    for rectangle in rectangles:
+        center, extent = rectangle.mean(0), np.ptp(rectangle, 0) / 2
+        origin = center[0] * x + center[1] * y + (low[2] - margin) * forward
+        hole = None
+        if inner is not None:
+            left_bottom, right_top = (inner - rectangle[0]) / np.ptp(rectangle, 0)
+            hole = (left_bottom[0], right_top[0], left_bottom[1], right_top[1])
+        cascades.append(View("ORTHOGRAPHIC", origin, x, y, forward, tuple(extent), texels, light, hole=hole))
+        inner = rectangle
+    return cascades
+
+
+def _extent(bounds: np.ndarray, x: np.ndarray, y: np.ndarray, forward: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Lowest and highest coordinates of a box along three axes: (3,) twice."""
+    corners = np.array(np.meshgrid(*np.asarray(bounds, np.float64).T)).reshape(3, -1).T
+    local = corners @ np.stack([x, y, forward], -1)
+    return local.min(0), local.max(0)
+
+
 def texel_rays(view: View, seed: int) -> Rays:
     """One ray for each texel, through a random point of it; row by row from the bottom."""
     n = view.resolution
@@ -137,6 +175,10 @@ def rays(view: View, st: np.ndarray, lens: np.ndarray, share: np.ndarray) -> Ray
         direction = cone(np.broadcast_to(view.forward, origin.shape), np.full(n, 1 - cos_rim), lens)
         # Slanted rays of a sun with an angle pass the map's plane with their cosine; the mean is one.
         gain = 2 * (direction @ view.forward) / (1 + cos_rim)
+        if view.hole is not None:
+            left, right, bottom, top = view.hole
+            s, t = st.T
+            gain = np.where((s > left) & (s < right) & (t > bottom) & (t < top), 0, gain)
         return _rays(origin, direction, section * gain, light.power, section, np.zeros(n))
 
     if view.kind == "HEMISPHERE":

@@ -2,11 +2,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 import numpy as np
 from gi_bake.gi_core import filter as smoothing
-from gi_bake.gi_core import tiles
+from gi_bake.gi_core import images, surfels, tiles
 from gi_bake.gi_core.kernels.bilateral import bilateral
+from gi_bake.tests import shapes
 
 
-def plain(value, position, normal, footprint, step):
+def plain(value, position, normal, footprint, step, walls):
     """The filter's definition, one pixel and one tap after the other."""
     h, w, c = value.shape
     spline = np.array([1, 4, 6, 4, 1]) / 16
@@ -20,6 +21,8 @@ def plain(value, position, normal, footprint, step):
                 for i in range(-2, 3):
                     v, u = y + j * step, x + i * step
                     if not (0 <= v < h and 0 <= u < w) or footprint[v, u] == 0:
+                        continue
+                    if walls[y, x, 0] != walls[y, u, 0] or walls[y, u, 1] != walls[v, u, 1]:
                         continue
                     cosine = max(0.0, float(normal[y, x] @ normal[v, u]))
                     plane = float(normal[y, x] @ (position[v, u] - position[y, x])) / (footprint[y, x] * step)
@@ -43,8 +46,13 @@ def test_the_filter_is_its_definition():
     for h, w, step in ((9, 13, 1), (17, 8, 2), (1, 1, 1), (6, 5, 4)):
         value, position, normal = surface(h, w)
         footprint = smoothing.pixel_footprint(position, normal)
-        ours = bilateral(value, position, normal, footprint, step)
-        assert np.allclose(ours, plain(value, position, normal, footprint, step), rtol=1e-4, atol=1e-6)
+        rng = np.random.default_rng(step)
+        walls = np.stack([np.cumsum(rng.random((h, w)) < 0.1, 1), np.cumsum(rng.random((h, w)) < 0.1, 0)], -1)
+        for between in (np.zeros_like(walls), walls):
+            ours = bilateral(value, position, normal, footprint, step, between.astype(np.float32))
+            assert np.allclose(ours, plain(value, position, normal, footprint, step, between), rtol=1e-4, atol=1e-6)
+        without = bilateral(value, position, normal, footprint, step)
+        assert np.array_equal(without, bilateral(value, position, normal, footprint, step, np.zeros((h, w, 2))))
 
 
 def test_tiles_do_not_show(monkeypatch):
@@ -73,3 +81,15 @@ def test_a_constant_stays_and_nothing_comes_from_outside():
     done = tiles.finish(smoothing.smooth(np.full((30, 30, 3), 0.7, np.float32), position, normal, 4))
     valid = np.any(normal != 0, -1)
     assert np.allclose(done[valid], 0.7, atol=1e-5) and (done[~valid] == 0).all()
+
+
+def test_light_does_not_pass_under_a_wall():
+    """A floor of two rooms, lit on the left, as one lightmap: the wall between them keeps the filter out."""
+    wall = shapes.quad((0, -1, 0), (0, 1, 0), (0, 1, 1), (0, -1, 1), name="wall")
+    tracer = shapes.tracer([shapes.plate(0, 1), wall])
+    points, _ = surfels.from_texels(tracer.geometry, "plate", "", (40, 40))
+    lit = (points.position[:, :1] < 0).astype(np.float32)
+    done = tiles.finish(images.smoothed(lit, points, (40, 40), 3, tracer))
+    assert np.array_equal(done > 0.5, lit > 0.5) and np.abs(done - lit).max() < 1e-5
+    through = tiles.finish(images.smoothed(lit, points, (40, 40), 3))
+    assert np.abs(through - lit).max() > 0.3

@@ -98,6 +98,24 @@ def test_a_suns_map_covers_the_scene_and_carries_its_flux():
     assert ((project(view, corners) >= 0) & (project(view, corners) <= 1)).all()
 
 
+@pytest.mark.parametrize("name", ["sun", "wide sun"])
+def test_cascades_share_the_flux_and_the_texels(name):
+    """A room of two metres in a scene of two kilometres: fine texels around the room, no flux twice, none lost."""
+    scene = 1000 * BOUNDS
+    room = BOUNDS + np.float32([300, -200, 0])
+    cascades = views(LAMPS[name], scene, 256, room)
+    [whole] = views(LAMPS[name], scene, 256)
+    assert len(cascades) == (4 if name == "sun" else 2)
+    sent = [texel_rays(view, k).flux[:, 0].sum(dtype=np.float64) for k, view in enumerate(cascades)]
+    assert np.isclose(sum(sent), texel_rays(whole, 0).flux[:, 0].sum(dtype=np.float64), rtol=2e-3)
+    assert sum(view.resolution**2 for view in cascades) <= 256**2
+    finest = 2 * max(cascades[0].extent) / cascades[0].resolution
+    assert finest < 0.04 * 2 * max(whole.extent) / whole.resolution or name == "wide sun"
+    # What the room projects to lies in the finest cascade.
+    assert ((project(cascades[0], room) >= 0) & (project(cascades[0], room) <= 1)).all()
+    assert len(views(LAMPS[name], BOUNDS, 256, BOUNDS)) == 1
+
+
 @pytest.mark.parametrize("name", ["point", "spot", "wide spot", "area", "spread", "ellipse", "sun"])
 def test_projecting_a_rays_points_gives_its_texel(name):
     for view in views(LAMPS[name], BOUNDS, 48):

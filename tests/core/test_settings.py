@@ -11,7 +11,8 @@ def test_values_are_read_from_text():
 
 
 @pytest.mark.parametrize(
-    "name, text", [("samples", "0"), ("samples", "many"), ("pattern", "ring"), ("visibility", "maybe"), ("colour", "1")]
+    "name, text", [("samples", "0"), ("samples", "many"), ("pattern", "ring"), ("visibility", "maybe"),
+        ("disk_radius", "nan"), ("colour", "1")]
 )
 def test_wrong_ones_are_named(name, text):
     with pytest.raises(SettingError, match=name):

@@ -1,0 +1,120 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""How the error of a camera image falls with samples, without a denoiser, and its bias at several bounces.
+
+    python tests/benchmarks/convergence.py [--scenes cornell,sunlit_room,emissive] [--resolution 128]
+                                           [--reference-samples 4096] [--json FILE]
+
+Against Cycles' Diffuse Indirect at the same bounces; pixels on silhouettes, where depth jumps, are left out. Cycles'
+own noise, from two renders of half the samples each, stands beside: an error near it says nothing more.
+"""
+
+import argparse
+import json
+import os
+import time
+from pathlib import Path
+
+from gi_bake.addon.standard_output import quiet
+
+with quiet():
+    import bpy
+    from gi_bake.addon.bake import Job, bake
+    from gi_bake.addon.compare.reference import camera_reference
+
+import numpy as np
+from gi_bake.gi_core import metrics, tiles
+from gi_bake.gi_core.rsm.settings import RsmSettings
+
+SAMPLES = Path(__file__).resolve().parents[2] / "sample_blends"
+COUNTS = (16, 64, 256, 1024)
+
+
+def smooth_depth(depth):
+    """Pixels whose depth is within 5 % of all their neighbours': (h, w) bool."""
+    jump = np.zeros(depth.shape, bool)
+    for axis in (0, 1):
+        step = np.abs(np.diff(depth, axis=axis)) > 0.05 * np.minimum(*_both(depth, axis))
+        before, after = [(0, 0), (0, 0)], [(0, 0), (0, 0)]
+        before[axis], after[axis] = (0, 1), (1, 0)
+        jump |= np.pad(step, before) | np.pad(step, after)
+    return ~jump
+
+
+def _both(values, axis):
+    n = values.shape[axis]
+    return np.take(values, range(n - 1), axis), np.take(values, range(1, n), axis)
+
+
+def measured(scene, view_layer, job, reference, mask):
+    begin = time.perf_counter()
+    layers = tiles.finish(bake(scene, view_layer, job)).layers
+    seconds = time.perf_counter() - begin
+    ours, theirs = layers["Diffuse Indirect"][mask], reference[mask]
+    return {"seconds": seconds, "relMSE": metrics.relmse(ours, theirs), "bias": metrics.bias(ours, theirs)}
+
+
+def one_scene(name, resolution, reference_samples):
+    bpy.ops.wm.open_mainfile(filepath=str(SAMPLES / f"{name}.blend"))
+    scene, view_layer = bpy.context.scene, bpy.context.view_layer
+    size = scene.render.resolution_x, scene.render.resolution_y
+    size = tuple(round(n * resolution / max(size)) for n in size)
+
+    def cycles(bounces, samples):
+        halves = [camera_reference(scene, view_layer, samples // 2, bounces, seed, size) for seed in (11, 12)]
+        a, b = (h["Diffuse Indirect"] for h in halves)
+        mask = smooth_depth(halves[0]["Depth"][..., 0])
+        return (a + b) / 2, metrics.relmse(a[mask], b[mask]) / 4, mask
+
+    reference, noise, mask = cycles(1, reference_samples)
+    rows = {}
+    for count in COUNTS:
+        job = Job(resolution=resolution, settings=RsmSettings(samples=count, denoise="none"))
+        rows[count] = measured(scene, view_layer, job, reference, mask)
+    # Error that the reference does not share: the slope of a straight line through log error over log samples.
+    own = [max(r["relMSE"] - noise, 1e-9) for r in rows.values()]
+    slope = float(np.polyfit(np.log(COUNTS), np.log(own), 1)[0])
+    deep, deep_noise, _ = cycles(3, reference_samples)
+    job = Job(resolution=resolution, settings=RsmSettings(samples=256, denoise="none", bounces=3))
+    three = measured(scene, view_layer, job, deep, mask) | {"noise": deep_noise}
+    return {
+        "samples": rows,
+        "slope": slope,
+        "noise": noise,
+        "three bounces": three,
+        "counted": float(mask.mean()),
+    }
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--scenes", default="cornell,sunlit_room,emissive")
+    parser.add_argument("--resolution", type=int, default=128)
+    parser.add_argument("--reference-samples", type=int, default=4096)
+    parser.add_argument("--json", type=Path)
+    a = parser.parse_args()
+    report, lines = {"cores": os.cpu_count(), "resolution": a.resolution, "scenes": {}}, []
+    for name in a.scenes.split(","):
+        with quiet():
+            found = one_scene(name, a.resolution, a.reference_samples)
+        report["scenes"][name] = found
+        lines.append(
+            f"{name}, {a.resolution} px, one bounce; Cycles' {a.reference_samples} samples have relMSE "
+            f"{found['noise']:.5f}; {found['counted']:.0%} of pixels count"
+        )
+        for count, r in found["samples"].items():
+            lines.append(
+                f"  {count:>5} samples {r['seconds']:7.2f} s   relMSE {r['relMSE']:.5f}   bias {r['bias']:+.2%}"
+            )
+        r = found["three bounces"]
+        lines.append(f"  error falls as samples^{found['slope']:.2f}")
+        lines.append(
+            f"  three bounces, 256 samples {r['seconds']:7.2f} s   relMSE {r['relMSE']:.5f}   bias {r['bias']:+.2%}"
+        )
+    if a.json:
+        a.json.write_text(json.dumps(report, indent=1))
+    os.write(1, ("\n".join(lines) + "\n").encode())
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,138 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Lightmaps of many objects: our bake against Cycles' `object.bake` of the same objects, both denoised alike.
+
+    python tests/benchmarks/lightmaps.py [--scene props] [--resolution 64] [--cycles-samples 4] [--objects 60]
+                                         [--reference 6] [--json FILE]
+
+Cycles goes through the objects one after the other and builds its scene for each. Errors are measured on a few objects
+(--reference of them) against Cycles at 1024 samples. Indirect light, one bounce. Meshes without a UV map get one first,
+which no time is counted for.
+"""
+
+import argparse
+import json
+import os
+import time
+from pathlib import Path
+
+from gi_bake.addon.standard_output import quiet
+
+with quiet():
+    import bpy
+    from gi_bake.addon.bake import Job, bake
+    from gi_bake.addon.compare.reference import lightmap_reference
+    from gi_bake.addon.read import read_scene
+
+import numpy as np
+from gi_bake.gi_core import images, metrics, surfels, tiles
+from gi_bake.gi_core.geometry import Geometry
+from gi_bake.gi_core.rsm.settings import RsmSettings
+
+SAMPLES = Path(__file__).resolve().parents[2] / "sample_blends"
+
+
+def unwrap(objects):
+    """A UV map on every mesh that has none, each object by itself."""
+    for mesh in {obj.data for obj in objects}:
+        if mesh.uv_layers:
+            continue
+        mesh.uv_layers.new(name="Lightmap")
+        owner = next(obj for obj in objects if obj.data == mesh)
+        with bpy.context.temp_override(active_object=owner, object=owner, selected_objects=[owner]):
+            bpy.context.view_layer.objects.active = owner
+            bpy.ops.object.mode_set(mode="EDIT")
+            bpy.ops.mesh.select_all(action="SELECT")
+            bpy.ops.uv.smart_project(angle_limit=0.8, island_margin=0.02)
+            bpy.ops.object.mode_set(mode="OBJECT")
+
+
+def denoised(maps, geometry, uv_maps, side, passes):
+    """Cycles' lightmaps through our filter."""
+    out = {}
+    for name, pixels in maps.items():
+        points, _ = surfels.from_texels(geometry, name, uv_maps[name], (side, side))
+        values = pixels[..., :3].reshape(-1, 3)[points.place]
+        keep = pixels[..., 3].ravel()[points.place] > 0
+        smooth = tiles.finish(images.smoothed(values[keep], points[keep], (side, side), passes))
+        out[name] = images.spread(smooth, points[keep], (side, side))
+    return out
+
+
+def error(maps, reference, light):
+    """relMSE and bias over the texels whose centre a face covers."""
+    ours, theirs = [], []
+    for name, pixels in reference.items():
+        mask = light[name].centred & (pixels[..., 3] > 0)
+        ours.append(maps[name][mask])
+        theirs.append(pixels[mask][:, :3])
+    ours, theirs = np.concatenate(ours), np.concatenate(theirs)
+    return {"relMSE": metrics.relmse(ours, theirs), "bias": metrics.bias(ours, theirs)}
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--scene", default="props")
+    parser.add_argument("--resolution", type=int, default=64)
+    parser.add_argument("--cycles-samples", type=int, default=4)
+    parser.add_argument("--samples", type=int, default=64)
+    parser.add_argument("--objects", type=int, default=60)
+    parser.add_argument("--reference", type=int, default=6)
+    parser.add_argument("--json", type=Path)
+    a = parser.parse_args()
+
+    with quiet():
+        bpy.ops.wm.open_mainfile(filepath=str(SAMPLES / f"{a.scene}.blend"))
+        scene, view_layer = bpy.context.scene, bpy.context.view_layer
+        objects = [obj for obj in view_layer.objects if obj.type == "MESH"]
+        unwrap(objects)
+        # Props first: rooms and shelves come after what is baked most.
+        names = [obj.name for obj in sorted(objects, key=lambda o: (o.data.name.lower() in ("floor", "wall"), o.name))]
+        names = names[: a.objects]
+        uv_maps = {name: bpy.data.objects[name].data.uv_layers.active.name for name in names}
+        settings = RsmSettings(samples=a.samples)
+
+        begin = time.perf_counter()
+        result = tiles.finish(
+            bake(
+                scene,
+                view_layer,
+                Job(target="lightmap", objects=tuple(names), resolution=a.resolution, settings=settings),
+            )
+        )
+        our_seconds = time.perf_counter() - begin
+
+        begin = time.perf_counter()
+        cycles = lightmap_reference(scene, view_layer, uv_maps, a.resolution, a.cycles_samples, 1, 3)
+        cycles_seconds = time.perf_counter() - begin
+
+        few = dict(list(uv_maps.items())[:: max(1, len(names) // a.reference)][: a.reference])
+        reference = lightmap_reference(scene, view_layer, few, a.resolution, 1024, 1, 5)
+        geometry = Geometry(read_scene(scene, view_layer))
+        smooth = denoised({n: cycles[n] for n in few}, geometry, few, a.resolution, settings.denoise_passes)
+
+    ours = error({n: result.light[n].indirect for n in few}, reference, result.light)
+    theirs = error(smooth, reference, result.light)
+    report = {
+        "scene": a.scene,
+        "objects": len(names),
+        "resolution": a.resolution,
+        "cores": os.cpu_count(),
+        "GI Bake": {"seconds": our_seconds, **ours, "settings": {"samples": a.samples}},
+        "Cycles": {"seconds": cycles_seconds, **theirs, "settings": {"samples": a.cycles_samples}},
+        "times faster": cycles_seconds / our_seconds,
+    }
+    if a.json:
+        a.json.write_text(json.dumps(report, indent=1))
+    lines = [f"{a.scene}: {len(names)} lightmaps of {a.resolution}², indirect, one bounce, {os.cpu_count()} cores"]
+    for name in ("GI Bake", "Cycles"):
+        r = report[name]
+        lines.append(
+            f"  {name:<8}{r['seconds']:8.2f} s   relMSE {r['relMSE']:.4f}   bias {r['bias']:+.2%}   {r['settings']}"
+        )
+    lines.append(f"  {report['times faster']:.0f} times faster; errors on {len(few)} objects, both denoised")
+    os.write(1, ("\n".join(lines) + "\n").encode())
+
+
+if __name__ == "__main__":
+    main()
