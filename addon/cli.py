@@ -10,6 +10,7 @@ Exit codes: 0 done, 2 wrong usage, 3 refused by the preflight, 4 failed, 130 can
 
 import argparse
 import json
+import os
 import signal
 import sys
 import time
@@ -56,7 +57,7 @@ def parser(prog: str, takes_scene: bool) -> argparse.ArgumentParser:
             metavar="image|lightmap|vertices|volume",
             help="what the light is baked for (image)",
         )
-        sub.add_argument("--output", type=Path, metavar="DIR", help="folder for files (gi_bake beside the .blend)")
+        sub.add_argument("--output", metavar="DIR", help="folder for files (gi_bake beside the .blend)")
         sub.add_argument(
             "--resolution", type=int, metavar="N", help="side of lightmaps, or longer side of the image [px]"
         )
@@ -72,8 +73,17 @@ def parser(prog: str, takes_scene: bool) -> argparse.ArgumentParser:
             "--json", action="store_true", help="print one JSON object on standard output and nothing else"
         )
         if name == "compare":
-            sub.add_argument("--reference-samples", type=int, default=1024, metavar="N", help="Cycles' samples (1024)")
+            sub.add_argument(
+                "--reference-samples", type=_positive, default=1024, metavar="N", help="Cycles' samples (1024)"
+            )
     return top
+
+
+def _positive(text: str) -> int:
+    value = int(text)
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"{value} is less than 1")
+    return value
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -114,11 +124,14 @@ def _run(arguments: argparse.Namespace, path: Path | None) -> int:
 
     if code != DONE:
         sys.stderr.write(f"gi-bake: {answer['error']}\n" + "".join(_finding(f) for f in answer.get("findings", ())))
-    if arguments.json:
-        sys.stdout.write(json.dumps(finite(answer), indent=1, allow_nan=False) + "\n")
-    elif code == DONE:
-        sys.stdout.write(_table(answer))
-    sys.stdout.flush()
+    text = json.dumps(finite(answer), indent=1, allow_nan=False) + "\n" if arguments.json else ""
+    text = _table(answer) if code == DONE and not arguments.json else text
+    try:
+        sys.stdout.write(text)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        # Whoever read has had enough; the work is done all the same. Python would complain once more when it ends.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return code
 
 
@@ -126,8 +139,10 @@ def _check(arguments: argparse.Namespace, path: Path | None) -> dict:
     scene, view_layer = _open(arguments, path)
     job = _job(arguments)
     findings = preflight.check(
-        scene, view_layer, target=job.target, objects=job.objects, uv=job.uv, output=_output(arguments, scene)
-    )
+        scene, view_layer,
+        target=job.target, objects=job.objects, uv=job.uv, output=_output(arguments),
+        denoise=job.settings.denoise,
+    )  # fmt: skip
     if any(f.severity == "ERROR" for f in findings):
         raise Refused(findings)
     return {"findings": [asdict(f) for f in findings]}
@@ -141,7 +156,7 @@ def _bake(arguments: argparse.Namespace, path: Path | None) -> dict:
 def _compare(arguments: argparse.Namespace, path: Path | None) -> dict:
     answer, result, scene, view_layer = _baked(arguments, path)
     _progress(1.0, "Cycles")
-    report = compare(result, scene, view_layer, samples=arguments.reference_samples, folder=_output(arguments, scene))
+    report = compare(result, scene, view_layer, samples=arguments.reference_samples, folder=_output(arguments))
     _progress(None, "")
     answer["outputs"] += [str(p) for p in report.paths]
     answer["metrics"] = report.metrics
@@ -158,15 +173,17 @@ def _baked(
     """The bake that `bake` and `compare` share: files written, and what is said about it."""
     job = _job(arguments)
     scene, view_layer = _open(arguments, path)
-    output = _output(arguments, scene)
+    output = _output(arguments)
+    file = _save_file(arguments, output)
+    if job.target == "vertices" and arguments.command == "bake" and file is None:
+        raise UsageError("light at vertices is kept in the .blend: add --save, or --save FILE")
     begin = time.perf_counter()
     result = _followed(bake(scene, view_layer, job, output))
 
     written = time.perf_counter()
     outputs = [str(p) for p in export(result, output, view_layer.name)]
-    if arguments.save is not None:
+    if file is not None:
         store(result, scene)
-        file = Path(arguments.save) if arguments.save else output / (Path(bpy.data.filepath).name or "untitled.blend")
         bpy.ops.wm.save_as_mainfile(filepath=str(file.resolve()), copy=True, compress=True, relative_remap=True)
         outputs.append(str(file))
     stages = {**result.stages, "write": time.perf_counter() - written}
@@ -192,7 +209,7 @@ def _job(arguments: argparse.Namespace) -> Job:
     return Job(
         method=arguments.method,
         target=arguments.target,
-        objects=tuple(name for name in arguments.objects.split(",") if name),
+        objects=tuple(dict.fromkeys(name for text in arguments.objects.split(",") if (name := text.strip()))),
         resolution=arguments.resolution,
         settings=updated(METHODS[arguments.method](), texts),
     )
@@ -213,14 +230,36 @@ def _open(arguments: argparse.Namespace, path: Path | None) -> tuple[bpy.types.S
             raise Refused([finding]) from error
     scene = bpy.context.scene
     if arguments.frame is not None:
+        # Blender's own bounds.
+        if not -1048574 <= arguments.frame <= 1048574:
+            raise UsageError(f"--frame is {arguments.frame}; it goes from -1048574 to 1048574")
         scene.frame_set(arguments.frame)
     return scene, bpy.context.view_layer
 
 
-def _output(arguments: argparse.Namespace, scene: bpy.types.Scene) -> Path:
+def _output(arguments: argparse.Namespace) -> Path:
+    """The folder for files; one that begins with // lies beside the .blend, as everywhere in Blender."""
     if arguments.output:
-        return arguments.output
+        return Path(bpy.path.abspath(arguments.output))
     return Path(bpy.data.filepath).parent / "gi_bake" if bpy.data.filepath else Path("gi_bake")
+
+
+def _save_file(arguments: argparse.Namespace, output: Path) -> Path | None:
+    """The .blend that is to hold the results, None where none is. The open file is overwritten only by its name."""
+    if arguments.save is None:
+        return None
+    opened = Path(bpy.data.filepath) if bpy.data.filepath else None
+    if arguments.save:
+        file = Path(bpy.path.abspath(arguments.save))
+        if file.is_dir() or not file.absolute().parent.is_dir():
+            raise UsageError(f"--save needs a file in a folder that exists, not {file}")
+        return file
+    file = output / (opened.name if opened else "untitled.blend")
+    if opened and file.resolve() == opened.resolve():
+        raise UsageError(
+            f"{file} is the open file: name it with --save FILE to overwrite it, or choose another --output"
+        )
+    return file
 
 
 def _followed(job) -> Result:

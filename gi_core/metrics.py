@@ -95,7 +95,7 @@ def flip(test: np.ndarray, reference: np.ndarray, mask: np.ndarray | None = None
     filler = np.median(reference[mask], axis=0)
     images = [np.maximum(np.where(mask[..., None], i, filler), 0).astype(np.float32) for i in (reference, test)]
     error_map, _, _ = flip_evaluator.evaluate(*images, "HDR", applyMagma=False)
-    return float(np.mean(np.squeeze(error_map)[mask]))
+    return float(np.mean(np.reshape(error_map, mask.shape)[mask]))
 
 
 def _window(image: np.ndarray) -> np.ndarray:

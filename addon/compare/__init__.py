@@ -40,21 +40,27 @@ def compare(
     """
     job, begin = result.job, time.perf_counter()
     terms = {"samples": samples, "bounces": job.settings.bounces, "seed": _SEED}
+    left_out: list[str] = []
     if job.target == "image":
         antialias = job.settings.antialias > 1
         comparisons = _image(
             result, camera_reference(scene, view_layer, resolution=_size(result), antialias=antialias, **terms)
         )
     else:
+        # Cycles bakes meshes, and nothing else that has a surface.
+        names = [name for name in result.light if view_layer.objects[name].type == "MESH"]
+        if not names:
+            raise RuntimeError(f"Cycles bakes meshes only: convert {', '.join(result.light)} to one")
+        left_out = [f"{name} is no mesh: not compared" for name in result.light if name not in names]
         comparisons = []
         for kind in ("direct", "indirect"):
             if job.target == "lightmap":
-                maps = {name: job.uv or view_layer.objects[name].data.uv_layers.active.name for name in result.light}
+                maps = {name: job.uv or view_layer.objects[name].data.uv_layers.active.name for name in names}
                 side = next(iter(result.light.values())).valid.shape[0]
                 found = lightmap_reference(scene, view_layer, maps, side, passes=(kind.upper(),), **terms)
             else:
-                found = vertex_reference(scene, view_layer, list(result.light), passes=(kind.upper(),), **terms)
-            comparisons += [_light(name, kind, light, found[name]) for name, light in result.light.items()]
+                found = vertex_reference(scene, view_layer, names, passes=(kind.upper(),), **terms)
+            comparisons += [_light(name, kind, result.light[name], found[name]) for name in names]
     seconds = time.perf_counter() - begin
     facts = {
         "technique": job.method,
@@ -70,7 +76,7 @@ def compare(
             "seconds": seconds,
         },
         "approximated": list(result.approximated),
-        "warnings": list(result.warnings),
+        "warnings": [*result.warnings, *left_out],
     }  # fmt: skip
     folder.mkdir(parents=True, exist_ok=True)
     paths = write_report(
@@ -103,4 +109,3 @@ def _light(name: str, kind: str, light: Light, reference: np.ndarray) -> Compari
 
 def _comparison(name: str, ours: np.ndarray, reference: np.ndarray, mask: np.ndarray | None) -> Comparison:
     return Comparison(name, ours, reference, mask, metrics.measure(ours, reference, mask))
-

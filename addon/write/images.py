@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Results as images: float data-blocks in the file, EXR and PNG files in a folder."""
 
+import re
 from pathlib import Path
 
 import bpy
@@ -40,7 +41,7 @@ def write_images(results: dict[str, np.ndarray], is_data: bool = False) -> dict[
 
 def save_image(folder: Path, name: str, pixels: np.ndarray, exposure: float | None = None) -> list[Path]:
     """Write FOLDER/NAME.exr, exact, and FOLDER/NAME.png, to look at; the paths. Arguments as for `save_png`."""
-    path = Path(folder) / f"{bpy.path.clean_name(name)}.exr"
+    path = Path(folder) / f"{file_stem(name)}.exr"
     exr.write_image(path, pixels)
     return [path, save_png(folder, name, pixels, exposure)]
 
@@ -51,10 +52,15 @@ def save_png(folder: Path, name: str, pixels: np.ndarray, exposure: float | None
     pixels: (h, w, 3 or 4) scene-linear; where alpha is 0 the picture is transparent. exposure: the factor that it is
         brightened by; None finds a fitting one.
     """
-    path = Path(folder) / f"{bpy.path.clean_name(name)}.png"
+    path = Path(folder) / f"{file_stem(name)}.png"
     mask = pixels[..., 3] > 0 if pixels.shape[2] == 4 else None
     png.write(path, display.picture(pixels, exposure or display.exposure_of(pixels, mask), mask))
     return path
+
+
+def file_stem(name: str) -> str:
+    """A data-block's name as a file's, with what some file system forbids replaced."""
+    return re.sub(r'[<>:"/\\|?*\x00-\x1f]', "_", name).rstrip(" .") or "_"
 
 
 def _new_image(pixels, is_data):

@@ -11,7 +11,7 @@ from ...gi_core import exr
 from ...gi_core.dilate import dilate
 from ..bake import Light, Result
 from .attributes import write_irradiance
-from .images import save_image, save_png, write_images
+from .images import file_stem, save_image, save_png, write_images
 
 
 def store(result: Result, scene: bpy.types.Scene) -> list[str]:
@@ -30,7 +30,7 @@ def store(result: Result, scene: bpy.types.Scene) -> list[str]:
     if target == "lightmap":
         maps = {f"{name} Lightmap": pixels for name, pixels in lightmaps(result).items()}
         return [image.name for image in write_images(maps).values()]
-    write_irradiance({name: np.float32(np.pi) * chosen(light, result) for name, light in result.light.items()})
+    write_irradiance({name: np.float32(np.pi) * wanted(light, result) for name, light in result.light.items()})
     return list(result.light)
 
 
@@ -41,12 +41,19 @@ def export(result: Result, folder: Path, view_layer: str) -> list[Path]:
         path = folder / "image.exr"
         exr.write_layers(path, result.layers, view_layer)
         return [path, save_png(folder, "image", result.layers["Combined"])]
-    return [
-        path for name, pixels in lightmaps(result).items() for path in save_image(folder, f"{name} Lightmap", pixels)
-    ]
+    paths, taken = [], set()
+    for name, pixels in lightmaps(result).items():
+        stem, number = f"{name} Lightmap", 1
+        # Names may differ in what a file's name cannot show, or only in case.
+        while file_stem(stem).lower() in taken:
+            number += 1
+            stem = f"{name} Lightmap {number}"
+        taken.add(file_stem(stem).lower())
+        paths += save_image(folder, stem, pixels)
+    return paths
 
 
-def chosen(light: Light, result: Result) -> np.ndarray:
+def wanted(light: Light, result: Result) -> np.ndarray:
     """The light that the settings ask for, E/π: (h, w, 3) or (v, 3) float32."""
     return {"combined": light.direct + light.indirect, "direct": light.direct, "indirect": light.indirect}[
         result.job.settings.light
@@ -58,6 +65,6 @@ def lightmaps(result: Result) -> dict[str, np.ndarray]:
     maps = {}
     for name, light in result.light.items():
         if light.valid.ndim == 2:
-            pixels, filled = dilate(chosen(light, result), light.valid, result.job.settings.margin)
+            pixels, filled = dilate(wanted(light, result), light.valid, result.job.settings.margin)
             maps[name] = np.dstack([np.where(filled[..., None], pixels, 0), filled.astype(np.float32)])
     return maps

@@ -53,7 +53,7 @@ def test_lightmaps_of_two_objects(sample, tmp_path):
         "bake", sample("cornell"), "--target", "lightmap", "--objects", "Floor,Ceiling", "--output", tmp_path, *QUICK
     )
     assert done.returncode == 0, done.stderr
-    assert sorted(p.name for p in tmp_path.glob("*.exr")) == ["Ceiling_Lightmap.exr", "Floor_Lightmap.exr"]
+    assert sorted(p.name for p in tmp_path.glob("*.exr")) == ["Ceiling Lightmap.exr", "Floor Lightmap.exr"]
 
 
 def test_light_at_vertices_is_saved(sample, tmp_path):
@@ -85,6 +85,10 @@ def test_compare_measures(sample, tmp_path):
         (("bake", "{}", "--set", "samples=none"), "samples"),
         (("bake", "{}", "--resolution", "1"), "resolution"),
         (("bake", "{}.no"), "no file"),
+        (("bake", "{}", "--target", "vertices"), "--save"),
+        (("bake", "{}", "--save", "/nowhere/at/all.blend"), "folder"),
+        (("bake", "{}", "--frame", "99999999999"), "frame"),
+        (("compare", "{}", "--reference-samples", "0"), "less than 1"),
         (("bake",), "required"),
         (("fry", "{}"), "invalid choice"),
     ],
@@ -92,6 +96,45 @@ def test_compare_measures(sample, tmp_path):
 def test_wrong_usage_is_2(sample, arguments, words):
     done = gi_bake(*(str(a).format(sample("cornell")) for a in arguments))
     assert done.returncode == 2 and words in done.stderr and not done.stdout
+
+
+def test_the_open_file_is_overwritten_by_its_name_only(sample, tmp_path):
+    file = tmp_path / "mine.blend"
+    file.write_bytes(sample("cornell").read_bytes())
+    before = file.read_bytes()
+    done = gi_bake("bake", file, "--output", tmp_path, "--save", *QUICK)
+    assert done.returncode == 2 and "overwrite" in done.stderr and file.read_bytes() == before
+    done = gi_bake("bake", file, "--output", "//results", "--save", file, *QUICK)
+    assert done.returncode == 0 and file.read_bytes() != before
+    assert (tmp_path / "results" / "image.exr").is_file()
+
+
+def test_lightmaps_of_names_that_no_file_can_have(sample, tmp_path):
+    bpy.ops.wm.open_mainfile(filepath=str(sample("cornell")))
+    bpy.data.objects["Floor"].name, bpy.data.objects["Ceiling"].name = "A/B", "a_b"
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "names.blend"), copy=True)
+    arguments = ("--objects", "A/B, a_b,a_b", "--target", "lightmap", "--output", tmp_path / "out", "--json")
+    done = gi_bake("bake", tmp_path / "names.blend", *arguments, *QUICK)
+    assert done.returncode == 0, done.stderr
+    outputs = json.loads(done.stdout)["outputs"]
+    assert len(set(outputs)) == 4 and len(list((tmp_path / "out").iterdir())) == 4
+
+
+def test_light_at_vertices_and_on_a_text_is_compared_where_it_can_be(sample, tmp_path):
+    done = gi_bake("compare", sample("cornell"), "--target", "vertices", "--output", tmp_path, "--reference-samples", 4)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a pipe ends otherwise there")
+def test_a_reader_that_leaves_does_not_spoil_the_bake(sample, tmp_path):
+    command = " ".join(
+        f"'{part}'" for part in [*GI_BAKE, "bake", sample("cornell"), "--output", tmp_path, "--json", *QUICK]
+    )
+    done = subprocess.run(
+        ["bash", "-c", f"set -o pipefail; {command} | true"], capture_output=True, text=True, timeout=300
+    )
+    assert done.returncode == 0 and "Traceback" not in done.stderr
+    assert (tmp_path / "image.exr").is_file()
 
 
 def break_no_camera():
