@@ -34,7 +34,7 @@ class Settings:
     )
     bounces: int = setting(1, "How often light is reflected before it arrives; 1 is the first bounce", low=1, high=32)
     light_samples: int = setting(
-        16, "Samples of each soft lamp for each pixel, texel or vertex; more give smoother shadows", low=1, high=4096
+        32, "Samples of each soft lamp for each pixel, texel or vertex; more give smoother shadows", low=1, high=4096
     )
     seed: int = setting(0, "Start of the random sequence; the same seed gives the same picture", low=0, high=2**20)
     device: str = setting("auto", "What computes: the processor or the graphics card", choices=("auto", "cpu", "gpu"))

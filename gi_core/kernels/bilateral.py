@@ -40,6 +40,8 @@ def bilateral(value, position, normal, footprint, step: int, walls=None) -> np.n
             at = (slice(j * step, j * step + h), slice(i * step, i * step + w))
             dot = sum(normal[..., k] * normals[k][at] for k in range(3))
             plane = sum(normal[..., k] * (positions[k][at] - position[..., k]) for k in range(3)) * inverse
+            # Squared twice below: beyond this float32 ends, and the weight is nothing long before.
+            plane = np.minimum(np.abs(plane), np.float32(1e4))
             weight = np.maximum(dot, 0)
             for _ in range(_NORMAL_SQUARINGS):
                 weight *= weight

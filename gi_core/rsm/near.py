@@ -16,8 +16,9 @@ from ..trace import Tracer
 from ..vectors import dot
 from ..vpls import Vpls
 
-# Samples of soft lamps and of the surroundings where a short ray ends.
-_SAMPLES = 2
+# Samples where a short ray ends: of each lamp one, which the rays' own number makes many; of the surroundings more, since
+# emitting surfaces near by are noisy.
+_LAMP_SAMPLES, _SAMPLES = 1, 2
 
 _PAIRS = 1 << 15
 
@@ -43,7 +44,7 @@ def near_light(tracer: Tracer, surfels: Surfels, field: NearField, bounces: int,
 
 def arriving(tracer: Tracer, here: Surfels, glow: Vpls, bounces: int, seed: int) -> np.ndarray:
     """Irradiance at points after any number of reflections, by one path from each: (n, 3) float32 [W/m²]."""
-    irradiance = from_lamps(tracer, here, _SAMPLES, seed) + from_surroundings(tracer, here, glow, _SAMPLES, seed)
+    irradiance = from_lamps(tracer, here, _LAMP_SAMPLES, seed) + from_surroundings(tracer, here, glow, _SAMPLES, seed)
     if bounces and len(here):
         u = np.stack([hash01(here.place, seed * 1024 + 8 * bounces + k) for k in (0, 1)], -1)
         direction = cosine_hemisphere(here.normal, u)
