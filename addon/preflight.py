@@ -134,7 +134,7 @@ class _ImageCheck:
     def __init__(self):
         self.findings: list[Finding] = []
 
-    def texture(self, node: bpy.types.Node, reading: Reading) -> Texture:
+    def texture(self, node: bpy.types.Node, reading: Reading, channels: str = "COLOR") -> Texture:
         image = node.image
         if image is None:
             message = f"{reading.owner}: its image node '{node.name}' has no image."

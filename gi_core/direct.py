@@ -48,7 +48,7 @@ def from_lamp(tracer: Tracer, surfels: Surfels, light: Light, samples: int, seed
         face = surfels.face[row[shone]]
         side = np.sign(dot(face, arrival.direction[shone]))[:, None]
         origin = offset(surfels.position[row[shone]], face * side)
-        shone = shone[~tracer.occluded(origin, arrival.direction[shone], far)]
+        cosine[shone] *= tracer.transmittance(origin, arrival.direction[shone], far)
     irradiance = np.zeros((n * samples, 3), np.float32)
     irradiance[shone] = arrival.irradiance[shone] * cosine[shone, None]
     return irradiance.reshape(n, samples, 3).mean(1)
@@ -72,14 +72,15 @@ def from_environment(tracer: Tracer, surfels: Surfels, sky: Sky, samples: int, s
         direction[drawn] = sky.sample(u[drawn])
     cosine = dot(normal, direction)
     up = np.flatnonzero((cosine > 0) & (dot(surfels.face[row], direction) > 0))
-    up = up[~tracer.occluded(surfels.origin[row[up]], direction[up], np.full(len(up), FAR))]
+    seen = tracer.transmittance(surfels.origin[row[up]], direction[up], np.full(len(up), FAR))
+    up, seen = up[seen > 0], seen[seen > 0, None]
     worth = np.float32(np.pi)
     if sky.share:
         density = (1 - sky.share) * cosine[up] / np.pi + sky.share * sky.pdf(direction[up])
         # By rounding a ray may leave the light that it was drawn from.
         worth = np.divide(cosine[up], density, out=np.zeros(len(up)), where=density > 0).astype(np.float32)[:, None]
     arrived = np.zeros((n * samples, 3), np.float32)
-    arrived[up] = worth * sky.radiance(direction[up])
+    arrived[up] = worth * seen * sky.radiance(direction[up])
     return arrived.reshape(n, samples, 3).mean(1)
 
 

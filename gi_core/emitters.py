@@ -25,7 +25,7 @@ def emitters(geometry: Geometry, n: int) -> Vpls:
     triangle, weights, share = strewn(geometry, strength, n)
     position, normal = geometry.position(triangle, weights), geometry.face_normal(triangle)
     radiance = geometry.color("emission", triangle, weights)
-    flux = np.pi * radiance * share[:, None]
+    flux = np.pi * radiance * (share * geometry.alpha(triangle, weights))[:, None]
     sides = [Vpls(position, offset(position, side), side, flux, share) for side in (normal, -normal)]
     every = Vpls.concatenate(sides)
     every = every[coherent(every)]

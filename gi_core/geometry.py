@@ -109,6 +109,20 @@ class Geometry:
         slot = np.clip(self._slots[self.mesh_triangle(triangle)], 0, self._slot_count[k] - 1)
         return self._material_table[self._slot_first[k] + slot]
 
+    @property
+    def clear(self) -> np.ndarray:
+        """Triangles that may let light through: (t,) bool."""
+        let_through = np.array(
+            [m.alpha.texture is not None or m.alpha.value[0] < 1 for m in self.scene.materials], bool
+        )
+        if not let_through.any():
+            return np.zeros(len(self.triangles), bool)
+        return let_through[self.material(np.arange(len(self.triangles)))]
+
+    def alpha(self, triangle: np.ndarray, weights: np.ndarray) -> np.ndarray:
+        """How solid the surface is at points, 0…1: (n,), (n, 3) -> (n,) float32."""
+        return np.clip(self.color("alpha", triangle, weights)[:, 0], 0, 1)
+
     def uv(self, triangle: np.ndarray, weights: np.ndarray, name: str = "") -> np.ndarray:
         """Coordinates in a UV map ("": the mesh's render UV map; zero where a mesh lacks it): (n,), (n, 3) -> (n, 2)
         float32."""
@@ -124,7 +138,7 @@ class Geometry:
         return out
 
     def color(self, source: str, triangle: np.ndarray, weights: np.ndarray) -> np.ndarray:
-        """A material property ("albedo" or "emission") at points: (n,), (n, 3) -> (n, 3) float32."""
+        """A material property ("albedo", "emission" or "alpha") at points: (n,), (n, 3) -> (n, 3) float32."""
         sources: list[ColorSource] = [getattr(m, source) for m in self.scene.materials]
         material = self.material(triangle)
         out = np.array([s.value for s in sources], np.float32)[material]

@@ -41,6 +41,7 @@ class ColorSource:
 
 
 BLACK = ColorSource(np.zeros(3, np.float32))
+WHITE = ColorSource(np.ones(3, np.float32))
 
 
 @dataclass(frozen=True)
@@ -49,11 +50,14 @@ class Material:
 
     albedo: diffuse reflectance, 0…1.
     emission: radiance [W/(m²·sr)].
+    alpha: how solid it is, 0…1, in the first channel: of the light that meets it the rest goes straight on. Albedo and
+        emission are those of the solid part.
     """
 
     name: str
     albedo: ColorSource
     emission: ColorSource = BLACK
+    alpha: ColorSource = WHITE
 
 
 @dataclass(frozen=True)

@@ -14,9 +14,13 @@ from embreex.rtcore_scene import EmbreeScene
 
 from .environment import parted
 from .geometry import Geometry
-from .vectors import length
+from .sampling import hash01
+from .vectors import dot, length
 
 FAR = np.float32(1e30)
+
+# Surfaces with an alpha that a ray goes through at the most, should it ever meet the same one again and again.
+_LAYERS = 256
 
 
 @dataclass(frozen=True)
@@ -33,8 +37,48 @@ class Hits:
     distance: np.ndarray
 
 
+class _Triangles:
+    """Some of a geometry's triangles in an Embree scene; index: which, None for all."""
+
+    def __init__(self, geometry: Geometry, index: np.ndarray | None):
+        triangles = geometry.triangles if index is None else geometry.triangles[index]
+        self._index = index
+        self._scene = EmbreeScene(robust=True)
+        self.empty = not len(triangles)
+        if not self.empty:
+            TriangleMesh(self._scene, geometry.vertices, triangles)
+            # The first ray builds the acceleration structure; not to be left to several threads at once.
+            self._scene.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32), query="OCCLUDED")
+
+    def closest(self, origins: np.ndarray, directions: np.ndarray, far: np.ndarray) -> Hits:
+        n = len(origins)
+        if self.empty or not n:
+            return Hits(np.full(n, -1, np.int32), np.zeros((n, 3), np.float32), np.asarray(far, np.float32))
+        r = self._scene.run(
+            np.ascontiguousarray(origins, np.float32), np.ascontiguousarray(directions, np.float32),
+            dists=np.ascontiguousarray(far, np.float32), query="INTERSECT", output=True,
+        )  # fmt: skip
+        triangle = r["primID"]
+        if self._index is not None:
+            triangle = np.where(triangle >= 0, self._index[triangle], -1).astype(np.int32)
+        return Hits(triangle, np.stack([1 - r["u"] - r["v"], r["u"], r["v"]], -1), r["tfar"])
+
+    def occluded(self, origins: np.ndarray, directions: np.ndarray, far: np.ndarray) -> np.ndarray:
+        if self.empty or not len(origins):
+            return np.zeros(len(origins), bool)
+        blocked = self._scene.run(
+            np.ascontiguousarray(origins, np.float32), np.ascontiguousarray(directions, np.float32),
+            dists=np.ascontiguousarray(far, np.float32), query="OCCLUDED",
+        )  # fmt: skip
+        return blocked >= 0
+
+
 class Tracer:
     """Closest hits and occlusion.
+
+    Surfaces with an alpha are kept apart, so that a scene without any pays nothing for them. A ray goes through them
+    until what is left of it falls to a number that is drawn once for each ray, out of its own bits: it ends at each of
+    them as often as that one takes its light, the same ray always at the same, and no sample has to be split.
 
     geometry: what rays meet. sky, suns: what those see that meet nothing, see `environment.parted`.
     """
@@ -42,33 +86,65 @@ class Tracer:
     def __init__(self, geometry: Geometry):
         self.geometry = geometry
         self.sky, self.suns = parted(geometry.scene.environment)
-        self._scene = EmbreeScene(robust=True)
-        self._empty = not len(geometry.triangles)
-        if not self._empty:
-            TriangleMesh(self._scene, geometry.vertices, geometry.triangles)
-            # The first ray builds the acceleration structure; not to be left to several threads at once.
-            self._scene.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32), query="OCCLUDED")
+        clear = geometry.clear
+        self._solid = _Triangles(geometry, np.flatnonzero(~clear) if clear.any() else None)
+        self._clear = _Triangles(geometry, np.flatnonzero(clear))
 
     def closest(self, origins: np.ndarray, directions: np.ndarray, far: float = FAR) -> Hits:
         """The nearest hit of each ray, no further than far [m]: (n, 3), (n, 3) unit directions -> Hits."""
-        n = len(origins)
-        if self._empty or not n:
-            return Hits(np.full(n, -1, np.int32), np.zeros((n, 3), np.float32), np.full(n, FAR))
-        r = self._scene.run(
-            np.ascontiguousarray(origins, np.float32), np.ascontiguousarray(directions, np.float32),
-            dists=np.full(n, far, np.float32), query="INTERSECT", output=True,
-        )  # fmt: skip
-        return Hits(r["primID"], np.stack([1 - r["u"] - r["v"], r["u"], r["v"]], -1), r["tfar"])
+        hits = self._solid.closest(origins, directions, np.full(len(origins), far, np.float32))
+        if self._clear.empty:
+            return hits
+        _, nearer = self._through(origins, directions, hits.distance, _drawn(origins, directions))
+        first = nearer.triangle >= 0
+        return Hits(*(np.where(first if a.ndim == 1 else first[:, None], a, b)
+                      for a, b in ((nearer.triangle, hits.triangle), (nearer.weights, hits.weights),
+                                   (nearer.distance, hits.distance))))  # fmt: skip
 
     def occluded(self, origins: np.ndarray, directions: np.ndarray, far: np.ndarray) -> np.ndarray:
-        """Whether anything lies between the origin and the far distance: (n, 3), (n, 3), (n,) -> (n,) bool."""
-        if self._empty or not len(origins):
-            return np.zeros(len(origins), bool)
-        blocked = self._scene.run(
-            np.ascontiguousarray(origins, np.float32), np.ascontiguousarray(directions, np.float32),
-            dists=np.ascontiguousarray(far, np.float32), query="OCCLUDED",
-        )  # fmt: skip
-        return blocked >= 0
+        """Whether anything stops the ray between the origin and the far distance: (n, 3), (n, 3), (n,) -> (n,) bool."""
+        blocked = self._solid.occluded(origins, directions, far)
+        if not self._clear.empty:
+            free = np.flatnonzero(~blocked)
+            origins, directions = origins[free], directions[free]
+            _, hits = self._through(origins, directions, far[free], _drawn(origins, directions))
+            blocked[free] = hits.triangle >= 0
+        return blocked
+
+    def transmittance(self, origins: np.ndarray, directions: np.ndarray, far: np.ndarray) -> np.ndarray:
+        """The share of light that comes through between the origin and the far distance: the mean of `occluded`
+        without its noise. (n, 3), (n, 3), (n,) -> (n,) float32."""
+        share = (~self._solid.occluded(origins, directions, far)).astype(np.float32)
+        if not self._clear.empty:
+            free = np.flatnonzero(share)
+            share[free], _ = self._through(origins[free], directions[free], far[free], np.zeros(len(free), np.float32))
+        return share
+
+    def _through(self, origins, directions, far, until) -> tuple[np.ndarray, Hits]:
+        """Follows rays through surfaces with an alpha until no more than `until` (n,) of them is left.
+
+        Returns what is left at the end (n,) and the Hits where that was reached.
+        """
+        n, geometry = len(origins), self.geometry
+        left, start, gone = np.ones(n, np.float32), np.array(origins, np.float32), np.zeros(n, np.float32)
+        triangle, weights, distance = np.full(n, -1, np.int32), np.zeros((n, 3), np.float32), np.array(far, np.float32)
+        alive = np.arange(n)
+        for _ in range(_LAYERS):
+            hits = self._clear.closest(start[alive], directions[alive], far[alive] - gone[alive])
+            met = hits.triangle >= 0
+            alive, here, at, passed = alive[met], hits.triangle[met], hits.weights[met], hits.distance[met]
+            if not len(alive):
+                break
+            left[alive] *= 1 - geometry.alpha(here, at)
+            ends = left[alive] <= until[alive]
+            row = alive[ends]
+            triangle[row], weights[row], distance[row] = here[ends], at[ends], gone[row] + passed[ends]
+            alive, here, at = alive[~ends], here[~ends], at[~ends]
+            face = geometry.face_normal(here)
+            ahead = np.where(dot(face, directions[alive])[:, None] < 0, -face, face)
+            start[alive] = offset(geometry.position(here, at), ahead)
+            gone[alive] = dot(start[alive] - origins[alive], directions[alive])
+        return left, Hits(triangle, weights, distance)
 
     def connected(self, origins: np.ndarray, targets: np.ndarray) -> np.ndarray:
         """Whether two points see each other: (n, 3), (n, 3) -> (n,) bool. Both must already be offset off their
@@ -90,3 +166,10 @@ def offset(points: np.ndarray, normals: np.ndarray) -> np.ndarray:
     moved = (points.view(np.int32) + np.where(points < 0, -ulps, ulps)).view(np.float32)
     # Near the origin units in the last place vanish, and a fixed step takes over.
     return np.where(np.abs(points) < 1 / 32, points + normals * np.float32(1 / 65536), moved)
+
+
+def _drawn(origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """A number in [0, 1) for each ray, of its own bits: the same whatever else is traced with it. (n,) float32."""
+    bits = np.concatenate([origins, directions], -1).astype(np.float32).view(np.uint32)
+    factors = np.array([0x9E3779B1, 0x85EBCA77, 0xC2B2AE3D, 0x27D4EB2F, 0x165667B1, 0xD3A2646D], np.uint32)
+    return hash01((bits * factors).sum(-1, dtype=np.uint32))

@@ -4,14 +4,15 @@
 
 import bpy
 
-from ...gi_core.scene import Scene
+from ...gi_core.scene import Scene, Texture
 from .camera import read_camera
 from .images import ImageReader
 from .lights import read_lights
 from .materials import MaterialReader
 from .objects import read_objects
+from .panorama import panorama
 from .render_depsgraph import with_render_depsgraph
-from .world import read_environment
+from .world import read_environment, wants_panorama
 
 
 def read_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Scene:
@@ -20,12 +21,23 @@ def read_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Scene
     Raises ValueError where an image of a material or of the world cannot be read, and RuntimeError where Blender
     cannot render now. Call it where Blender's data may be changed: not inside a render, not while drawing.
     """
-    camera = scene.camera
-    return with_render_depsgraph(scene, view_layer, lambda depsgraph: read_depsgraph(depsgraph, camera, ImageReader()))
+    camera, images, around = scene.camera, ImageReader(), None
+    world = view_layer.world_override or scene.world
+    if wants_panorama(world, images):
+        around = panorama(world, scene.frame_current_final)
+    return with_render_depsgraph(scene, view_layer, lambda graph: read_depsgraph(graph, camera, images, around))
 
 
-def read_depsgraph(depsgraph: bpy.types.Depsgraph, camera: bpy.types.Object | None, images: ImageReader) -> Scene:
-    """What is in `depsgraph`, seen by `camera`, as a `Scene`; `images` gives the textures."""
+def read_depsgraph(
+    depsgraph: bpy.types.Depsgraph,
+    camera: bpy.types.Object | None,
+    images: ImageReader,
+    panorama: Texture | None = None,
+) -> Scene:
+    """What is in `depsgraph`, seen by `camera`, as a `Scene`.
+
+    images: gives the textures. panorama: of the world, where it was rendered.
+    """
     notes = []
     materials = MaterialReader(depsgraph.view_layer_eval.material_override, images, notes)
     meshes, instances = read_objects(depsgraph, materials.index, notes)
@@ -36,7 +48,7 @@ def read_depsgraph(depsgraph: bpy.types.Depsgraph, camera: bpy.types.Object | No
         instances=tuple(instances),
         materials=tuple(materials.read),
         lights=tuple(read_lights(depsgraph, images, notes)),
-        environment=read_environment(depsgraph, images, notes),
+        environment=read_environment(depsgraph, images, notes, panorama),
         camera=camera,
         approximated=tuple(notes),
     )

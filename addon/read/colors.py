@@ -41,7 +41,7 @@ def read_color(source: Feed, reading: Reading, what: str) -> ColorSource:
     node = source.node
     if node is None:
         return constant(set_value(source.socket))
-    if node.type == "TEX_IMAGE" and source.socket.name == "Color" and (uv := _uv_map(source, reading)) is not None:
+    if node.type == "TEX_IMAGE" and source.socket.name == "Color" and (uv := uv_map(source, reading)) is not None:
         if node.interpolation not in {"Linear", "Closest"}:
             reading.note(f"{what}: interpolation {node.interpolation} of '{node.name}' is taken as Linear")
         return ColorSource(np.ones(3, np.float32), reading.images.texture(node, reading), uv)
@@ -77,7 +77,7 @@ def _text(value: np.ndarray) -> str:
     return "({:.3g}, {:.3g}, {:.3g})".format(*value)
 
 
-def _uv_map(source: Feed, reading: Reading) -> str | None:
+def uv_map(source: Feed, reading: Reading) -> str | None:
     """Name of the UV map that an Image Texture node looks its image up at; None where it is anything else."""
     node = source.node
     if node.projection != "FLAT" or (node.image and node.image.source not in {"FILE", "GENERATED"}):

@@ -14,7 +14,7 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
 MIXES = {"MIX", "MIX_RGB"}
 
 # What a ray sees that comes to a surface after a diffuse bounce, which is most of what a bake is made of.
-_LIGHT_PATH = {"Is Diffuse Ray": 1.0, "Is Reflection Ray": 1.0, "Ray Depth": 1.0, "Diffuse Depth": 1.0}
+LIGHT_PATH = {"Is Diffuse Ray": 1.0, "Is Reflection Ray": 1.0, "Ray Depth": 1.0, "Diffuse Depth": 1.0}
 
 
 def estimate(source: Feed, reading: Reading) -> tuple[np.ndarray, str]:
@@ -48,7 +48,7 @@ def _estimate_node(source: Feed, reading: Reading) -> tuple[np.ndarray, str]:
                 return np.ones(3), node.name
             return reading.images.texture(node, reading).pixels.mean((0, 1), dtype=np.float64), node.name
         case "LIGHT_PATH":
-            return np.full(3, _LIGHT_PATH.get(source.socket.name, 0.0)), node.name
+            return np.full(3, LIGHT_PATH.get(source.socket.name, 0.0)), node.name
         case "FRESNEL":  # the mean over a cosine-weighted hemisphere
             ior, _ = of(node.inputs["IOR"])
             return fresnel_mean(max(ior[0], 1.0)) * np.ones(3), node.name
@@ -66,9 +66,9 @@ def _estimate_node(source: Feed, reading: Reading) -> tuple[np.ndarray, str]:
         case "COMBINE_COLOR" if node.mode == "RGB":
             parts = [of(socket) for socket in node.inputs]
             return np.array([value[0] for value, _ in parts]), _first(parts)
-        case "MATH" if node.operation in _MATH:
+        case "MATH" if node.operation in MATH:
             parts = [of(socket) for socket in node.inputs[:2]]
-            value = _MATH[node.operation](*(value for value, _ in parts))
+            value = MATH[node.operation](*(value for value, _ in parts))
             return (np.clip(value, 0, 1) if node.use_clamp else value), _first(parts)
         case "MIX" | "MIX_RGB" if is_color_mix(node) or node.data_type != "ROTATION":
             parts = [of(socket) for socket in mix_inputs(node)]
@@ -115,7 +115,7 @@ def _adjusted(kind: str, *inputs: np.ndarray) -> np.ndarray:
             return np.maximum((1 + contrast) * color + bright - contrast / 2, 0.0)
 
 
-_MATH = {
+MATH = {
     "ADD": np.add,
     "SUBTRACT": np.subtract,
     "MULTIPLY": np.multiply,

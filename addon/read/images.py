@@ -23,8 +23,11 @@ class ImageReader:
         self._pixels = {}
         self._textures = {}
 
-    def texture(self, node: bpy.types.Node, reading: "Reading") -> Texture:
-        """The `Texture` of a node. Raises ValueError where it has no image or the image cannot be loaded."""
+    def texture(self, node: bpy.types.Node, reading: "Reading", channels: str = "COLOR") -> Texture:
+        """The `Texture` of a node, of its "COLOR" or, as a grey, its "ALPHA".
+
+        Raises ValueError where it has no image or the image cannot be loaded.
+        """
         image = node.image
         if image is None:
             raise ValueError(f"{reading.owner}: node '{node.name}' has no image: choose one or remove the node")
@@ -35,10 +38,11 @@ class ImageReader:
         by_alpha = image.alpha_mode == "STRAIGHT" and not node.outputs[-1].is_linked
         extension = getattr(node, "extension", "REPEAT")
         interpolation = "CLOSEST" if node.interpolation == "Closest" else "LINEAR"
-        key = (image.original.as_pointer(), by_alpha, extension, interpolation)
+        key = (image.original.as_pointer(), channels if channels == "ALPHA" else by_alpha, extension, interpolation)
         if key not in self._textures:
             if key[:2] not in self._pixels:
-                self._pixels[key[:2]] = read_pixels(image.original, by_alpha)
+                pixels = read_alpha(image.original) if channels == "ALPHA" else read_pixels(image.original, by_alpha)
+                self._pixels[key[:2]] = pixels
             self._textures[key] = Texture(image.name, self._pixels[key[:2]], extension, interpolation)
         return self._textures[key]
 
@@ -48,17 +52,34 @@ def read_pixels(image: bpy.types.Image, by_alpha: bool) -> np.ndarray:
 
     Raises ValueError where the image has no pixels.
     """
-    width, height = image.size
-    if not width * height * image.channels:
-        raise ValueError(f"Image '{image.name}' cannot be read from '{image.filepath}': relink or pack it")
-    pixels = np.empty((height, width, image.channels), np.float32)
-    image.pixels.foreach_get(pixels.reshape(-1))
+    pixels = _all_channels(image)
     color = pixels[..., :3] if image.channels >= 3 else np.repeat(pixels[..., :1], 3, axis=2)
     if image.is_float or image.colorspace_settings.name in _LINEAR_SPACES:
         return np.ascontiguousarray(color)  # floats are scene-linear and multiplied by alpha since they were loaded
     if by_alpha and image.channels == 4:
         color = color * pixels[..., 3:]  # before the transfer function is undone, as Cycles does
     return _SRGB_TO_LINEAR[(color * 255 + 0.5).astype(np.uint8)]
+
+
+def read_alpha(image: bpy.types.Image) -> np.ndarray:
+    """The alpha of a `bpy.types.Image` as a grey (h, w, 3) float32, row 0 at the bottom; 1 where it has none.
+
+    Raises ValueError where the image has no pixels.
+    """
+    pixels = _all_channels(image)
+    alpha = pixels[..., 3:].copy() if image.channels == 4 else np.ones((*pixels.shape[:2], 1), np.float32)
+    if image.alpha_mode == "NONE":
+        alpha[:] = 1
+    return np.broadcast_to(alpha, (*pixels.shape[:2], 3))
+
+
+def _all_channels(image: bpy.types.Image) -> np.ndarray:
+    width, height = image.size
+    if not width * height * image.channels:
+        raise ValueError(f"Image '{image.name}' cannot be read from '{image.filepath}': relink or pack it")
+    pixels = np.empty((height, width, image.channels), np.float32)
+    image.pixels.foreach_get(pixels.reshape(-1))
+    return pixels
 
 
 def _srgb_to_linear(encoded: np.ndarray) -> np.ndarray:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GI Bake authors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Materials: the diffuse and emitting parts of a Blender material."""
+"""Materials: the diffuse and emitting parts of a Blender material, and how solid it is."""
 
 import bpy
 import numpy as np
@@ -51,4 +51,4 @@ def read_material(material: bpy.types.Material, images: ImageReader, notes: list
     if np.any(albedo.value > 1) and albedo.texture is None:
         reading.note("a colour above 1 is taken as 1, since no surface reflects more light than it gets")
         albedo = constant(np.minimum(albedo.value, 1.0))
-    return Material(material.name, albedo, surface.emission)
+    return Material(material.name, albedo, surface.emission, surface.alpha)

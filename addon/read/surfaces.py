@@ -2,22 +2,29 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Surface shaders: their diffuse and emitting parts, which are what a bake of diffuse light takes of them."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...gi_core.scene import BLACK, ColorSource
-from .colors import read_color, read_number, scaled, total
+from ...gi_core.scene import BLACK, WHITE, ColorSource
+from .colors import constant, mean, read_color, read_number, scaled, total
 from .constants import fresnel_mean
+from .factors import complement, product, read_factor
 from .nodes import Feed, Reading, set_value
 
 
 @dataclass(frozen=True)
 class Surface:
-    """Diffuse reflectance and emitted radiance of a shader."""
+    """Diffuse reflectance and emitted radiance of a shader's solid part, and the share that is solid."""
 
     albedo: ColorSource = BLACK
     emission: ColorSource = BLACK
+    alpha: ColorSource = WHITE
+
+    @property
+    def is_clear(self) -> bool:
+        """Whether all light passes through."""
+        return self.alpha.texture is None and not self.alpha.value.any()
 
 
 def read_surface(source: Feed, reading: Reading) -> Surface:
@@ -35,9 +42,12 @@ def read_surface(source: Feed, reading: Reading) -> Surface:
         case "BSDF_PRINCIPLED":
             return _principled(source, reading)
         case "MIX_SHADER":
-            share = min(max(read_number(source.input(0), reading, "the share of a Mix Shader"), 0.0), 1.0)
-            shaders = [(1 - share, source.input(1)), (share, source.input(2))]
-            return _sum([(weight, read_surface(shader, reading)) for weight, shader in shaders if weight], reading)
+            return _mix(source, reading)
+        case "BSDF_TRANSPARENT":
+            color = mean(read_color(source.input("Color"), reading, "the colour of what is transparent"))
+            if np.ptp(color) > 0:
+                reading.note(f"'{node.name}' lets light of all colours through alike")
+            return Surface(alpha=constant(np.clip(1 - color.mean(), 0, 1)))
         case "ADD_SHADER":
             return _sum([(1.0, read_surface(source.input(index), reading)) for index in (0, 1)], reading)
         case "SUBSURFACE_SCATTERING" | "BSDF_TRANSLUCENT" | "BSDF_SHEEN" | "BSDF_TOON":
@@ -68,13 +78,10 @@ def _principled(source: Feed, reading: Reading) -> Surface:
             number("IOR"), number("Specular IOR Level"), 0.5 if roughness.node else set_value(roughness.socket)[0]
         )
         albedo = read_color(source.input("Base Color"), reading, "the base colour")
-    alpha = number("Alpha")
-    if alpha < 1:
-        reading.note(f"alpha is taken as {alpha:.3g} of its colour, and light does not pass through")
     emission, strength = BLACK, number("Emission Strength")
     if strength > 0:
-        emission = scaled(read_color(source.input("Emission Color"), reading, "the emitted colour"), strength * alpha)
-    return Surface(scaled(albedo, kept * alpha), emission)
+        emission = scaled(read_color(source.input("Emission Color"), reading, "the emitted colour"), strength)
+    return Surface(scaled(albedo, kept), emission, read_factor(source.input("Alpha"), reading, "its alpha"))
 
 
 def _in_use(source: Feed, name: str) -> bool:
@@ -102,8 +109,35 @@ def specular_share(ior: float = 1.5, level: float = 0.5, roughness: float = 0.5)
     return float(fresnel_mean(ior) / (1 + 4.4 / ior * roughness**2.6))
 
 
+def _mix(source: Feed, reading: Reading) -> Surface:
+    """A Mix Shader."""
+    share = read_factor(source.input(0), reading, "the share of a Mix Shader")
+    if share.texture is None and share.value[0] in (0, 1):
+        return read_surface(source.input(2 if share.value[0] else 1), reading)
+    one, other = (read_surface(source.input(index), reading) for index in (1, 2))
+    if one.is_clear:
+        return replace(other, alpha=product(other.alpha, share, reading, "its alpha"))
+    if other.is_clear:
+        return replace(one, alpha=product(one.alpha, complement(share), reading, "its alpha"))
+    weight = float(mean(share)[0])
+    if share.texture:
+        reading.note(f"the share of a Mix Shader, an image, is taken as {weight:.3g} everywhere")
+    return _sum([(1 - weight, one), (weight, other)], reading)
+
+
 def _sum(parts: list[tuple[float, Surface]], reading: Reading) -> Surface:
+    """Shaders added up, each by its weight."""
+    if any(surface.alpha.texture for _, surface in parts):
+        reading.note("its alpha, an image that is mixed with another shader, is taken as its mean")
+    solid = [float(mean(surface.alpha)[0]) for _, surface in parts]
+    alpha = 1 - sum(weight * (1 - share) for (weight, _), share in zip(parts, solid))
+    if alpha < 1e-3 and any(weight * share for (weight, _), share in zip(parts, solid)):
+        reading.note("it lets all light through and shines as well; it is taken as not transparent")
+        alpha = 1.0
+    # Of the solid part: what each shader gives, over how solid they are together.
+    parts = [(weight * share / max(alpha, 1e-3), surface) for (weight, surface), share in zip(parts, solid)]
     return Surface(
         albedo=total([scaled(surface.albedo, weight) for weight, surface in parts], reading, "the colour"),
         emission=total([scaled(surface.emission, weight) for weight, surface in parts], reading, "the emitted colour"),
+        alpha=constant(alpha),
     )

@@ -1,12 +1,12 @@
 # SPDX-FileCopyrightText: 2026 GI Bake authors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The world: a constant colour or an equirectangular image as the surroundings."""
+"""The world: a constant colour, an equirectangular image or what Cycles makes of its nodes as the surroundings."""
 
 import bpy
 import numpy as np
 from mathutils import Euler
 
-from ...gi_core.scene import Environment
+from ...gi_core.scene import Environment, Texture
 from .colors import mean, read_number
 from .constants import estimate
 from .images import ImageReader
@@ -14,8 +14,30 @@ from .nodes import Feed, Reading, node_tree, output_feed
 from .surfaces import read_surface
 
 
-def read_environment(depsgraph: bpy.types.Depsgraph, images: ImageReader, notes: list[str]) -> Environment:
-    """The world of `depsgraph` as an `Environment`; black where there is none."""
+def wants_panorama(world: bpy.types.World | None, images: ImageReader) -> bool:
+    """Whether only a render can tell what light comes from where: of a sky, a gradient, a mix of images."""
+    tree = world and node_tree(world)
+    source = tree and output_feed(tree, "OUTPUT_WORLD", "Surface")
+    if not source or not world.cycles_visibility.diffuse or not _has_texture(tree):
+        return False
+    return _image(source, Reading(f"World '{world.name}'", images, [])) is None
+
+
+def _has_texture(tree: bpy.types.NodeTree) -> bool:
+    """Whether anything in the tree or its groups may depend on the direction."""
+    return any(
+        node.type.startswith("TEX_") or (node.type == "GROUP" and node.node_tree and _has_texture(node.node_tree))
+        for node in tree.nodes
+    )
+
+
+def read_environment(
+    depsgraph: bpy.types.Depsgraph, images: ImageReader, notes: list[str], panorama: Texture | None = None
+) -> Environment:
+    """The world of `depsgraph` as an `Environment`; black where there is none.
+
+    panorama: what the world looks like all around, where it `wants_panorama`; without it the mean colour is taken.
+    """
     world = depsgraph.view_layer_eval.world_override or depsgraph.scene_eval.world
     if world is None:
         return Environment(np.zeros(3, np.float32))
@@ -26,6 +48,10 @@ def read_environment(depsgraph: bpy.types.Depsgraph, images: ImageReader, notes:
     source = output_feed(tree, "OUTPUT_WORLD", "Surface")
     if source is None or not world.cycles_visibility.diffuse:  # the latter: Cycles lights diffuse surfaces without it
         return Environment(np.zeros(3, np.float32))
+    if panorama is not None:
+        height, width = panorama.pixels.shape[:2]
+        reading.note(f"its nodes are taken as an image of {width} × {height} pixels")
+        return Environment(np.ones(3, np.float32), panorama)
     return _image(source, reading) or Environment(_mean_color(source, reading))
 
 

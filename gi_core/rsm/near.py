@@ -16,8 +16,8 @@ from ..trace import Tracer
 from ..vectors import dot
 from ..vpls import Vpls
 
-# Samples where a short ray ends: of each lamp one, which the rays' own number makes many; of the surroundings more, since
-# emitting surfaces near by are noisy.
+# Samples where a short ray ends: of each lamp one, which the rays' own number makes many; of the surroundings more,
+# since emitting surfaces near by are noisy.
 _LAMP_SAMPLES, _SAMPLES = 1, 2
 
 _PAIRS = 1 << 15

@@ -53,13 +53,14 @@ def skylit(tracer: Tracer, n: int, seed: int) -> Iterator[float]:
     place = np.arange(2 * len(triangle))
     points = at(geometry, np.tile(triangle, 2), np.tile(weights, (2, 1)), place).turned(place >= len(triangle))
     area = np.tile(area, 2)
+    solid = area * np.tile(geometry.alpha(triangle, weights), 2)
     flux = np.zeros_like(points.albedo)
     skies = [sky for sky in (tracer.sky, tracer.suns) if sky]
 
     def tile(part: slice):
         here = points[part]
         for k, sky in enumerate(skies):
-            flux[part] += here.albedo * from_environment(tracer, here, sky, _SKY_RAYS, 2 * seed + k) * area[part, None]
+            flux[part] += here.albedo * from_environment(tracer, here, sky, _SKY_RAYS, 2 * seed + k) * solid[part, None]
 
     yield from tiles.run(tile, tiles.slices(len(points), _POINTS))
     return Vpls(points.position, points.origin, points.face, flux, area)

@@ -102,3 +102,36 @@ def test_image_with_a_sun(plane):
     assert abs(metrics.bias(ours[direct], cycles[direct])) < 0.01
     assert metrics.relmse(ours[direct], cycles[direct]) <= 0.002
     assert abs(metrics.bias(ours[indirect], cycles[indirect])) < 0.02
+
+
+def sky_world(scene, mixed=False):
+    """A Sky Texture with its sun, 30° up; `mixed`: for all but the camera, which sees plain red."""
+    tree, node = background(scene)
+    sky = tree.nodes.new("ShaderNodeTexSky")
+    sky.sun_elevation, sky.sun_rotation, sky.sun_intensity = math.radians(30), 2.0, 0.2
+    node.inputs["Strength"].default_value = 0.1
+    tree.links.new(sky.outputs[0], node.inputs["Color"])
+    if mixed:
+        path, mix, red = (tree.nodes.new(f"ShaderNode{kind}") for kind in ("LightPath", "MixShader", "Background"))
+        red.inputs["Color"].default_value = (5, 0, 0, 1)
+        tree.links.new(path.outputs["Is Camera Ray"], mix.inputs[0])
+        tree.links.new(node.outputs[0], mix.inputs[1])
+        tree.links.new(red.outputs[0], mix.inputs[2])
+        tree.links.new(mix.outputs[0], tree.nodes["World Output"].inputs["Surface"])
+
+
+@pytest.mark.parametrize("mixed", [False, True])
+def test_sky_texture(plane, mixed):
+    sky_world(plane, mixed)
+    before = {name: len(getattr(bpy.data, name)) for name in ("worlds", "scenes", "images", "cameras", "objects")}
+    result, cycles = compared(plane, 512)
+    assert before == {name: len(getattr(bpy.data, name)) for name in before}
+    assert [note for note in result.approximated if note.startswith("World 'World': ")] == list(result.approximated)
+    ours = result.layers
+    direct, indirect = "Diffuse Direct", "Diffuse Indirect"
+    # The sun alone lights more than half; red would be far off.
+    assert cycles[direct].std() > 0.2 * cycles[direct].mean()
+    for channel in range(3):
+        assert abs(metrics.bias(ours[direct][..., channel], cycles[direct][..., channel])) < 0.015
+    assert metrics.relmse(ours[direct], cycles[direct]) <= 0.002
+    assert abs(metrics.bias(ours[indirect], cycles[indirect])) < 0.03

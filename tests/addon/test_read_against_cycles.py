@@ -540,7 +540,7 @@ def test_what_principled_has_besides_is_told():
     tree = material()
     square(make(tree))
     told = " ".join(read().approximated)
-    for word in ("coat", "50% of it is metal", "alpha", "normal or bump", "volume", "Reflections"):
+    for word in ("coat", "50% of it is metal", "normal or bump", "volume", "Reflections"):
         assert word in told
 
 

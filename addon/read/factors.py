@@ -1,0 +1,82 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Factors of node trees, such as an alpha: a number or an image's channel, and what Math nodes make of one."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ...gi_core.scene import ColorSource, Texture
+from .colors import constant, mean, read_number, uv_map
+from .constants import LUMINANCE, MATH
+from .nodes import Feed, Reading
+
+_UNARY = {"ROUND": np.round, "FLOOR": np.floor, "CEIL": np.ceil, "ABSOLUTE": np.abs}
+_BINARY = {
+    **MATH,
+    "DIVIDE": lambda a, b: np.where(b == 0, 0, a / np.where(b == 0, 1, b)),
+    "GREATER_THAN": lambda a, b: a > b,
+    "LESS_THAN": lambda a, b: a < b,
+}
+
+
+def read_factor(source: Feed, reading: Reading, what: str) -> ColorSource:
+    """A `Feed` as a grey `ColorSource` of 0…1; what is not exact is noted, `what` naming the quantity."""
+    found = _pixels(source, reading)
+    if found is None:
+        return constant(np.clip(read_number(source, reading, what), 0, 1))
+    values, texture, uv = found
+    values = np.clip(np.asarray(values, np.float32), 0, 1)
+    if texture is None or np.ptp(values) == 0:
+        return constant(values.flat[0])
+    return ColorSource(np.ones(3, np.float32), _grey(texture, values), uv)
+
+
+def product(a: ColorSource, b: ColorSource, reading: Reading, what: str) -> ColorSource:
+    """Two factors multiplied; of images in two places the second's mean is taken, and noted."""
+    if a.texture is None or b.texture is None:
+        return ColorSource(a.value * b.value, a.texture or b.texture, a.uv if a.texture else b.uv)
+    if a.uv == b.uv and a.texture.pixels.shape == b.texture.pixels.shape:
+        values = (a.texture.pixels * b.texture.pixels)[..., 0]
+        return ColorSource(a.value * b.value, _grey(a.texture, values), a.uv)
+    reading.note(f"{what}, a product of two images, is taken with the second one's mean")
+    return ColorSource((a.value * mean(b)).astype(np.float32), a.texture, a.uv)
+
+
+def complement(a: ColorSource) -> ColorSource:
+    """1 − a."""
+    if a.texture is None:
+        return constant(1 - a.value)
+    return ColorSource(np.ones(3, np.float32), _grey(a.texture, 1 - a.value[0] * a.texture.pixels[..., 0]), a.uv)
+
+
+def _pixels(source: Feed, reading: Reading) -> tuple[float | np.ndarray, Texture | None, str] | None:
+    """A number or (h, w) values, the texture that they are laid out as, and its UV map; None for anything else."""
+    node = source.node
+    if node is None:
+        return read_number(source, reading, ""), None, ""
+    if node.type == "TEX_IMAGE" and (uv := uv_map(source, reading)) is not None:
+        if source.socket.name == "Alpha":
+            texture = reading.images.texture(node, reading, "ALPHA")
+            return texture.pixels[..., 0], texture, uv
+        texture = reading.images.texture(node, reading)
+        return texture.pixels @ LUMINANCE.astype(np.float32), texture, uv
+    if node.type != "MATH" or node.operation not in {*_UNARY, *_BINARY}:
+        return None
+    unary = node.operation in _UNARY
+    parts = [_pixels(source.input(index), reading) for index in range(1 if unary else 2)]
+    if any(part is None for part in parts):
+        return None
+    textures = [(texture, uv) for _, texture, uv in parts if texture]
+    # What is black outside the image would not be what the node makes of black.
+    if len({(id(texture), uv) for texture, uv in textures}) > 1 or any(t.extension == "CLIP" for t, _ in textures):
+        return None
+    function = (_UNARY if unary else _BINARY)[node.operation]
+    values = np.asarray(function(*(values for values, _, _ in parts)), np.float32)
+    if node.use_clamp:
+        values = np.clip(values, 0, 1)
+    return values, *(textures[0] if textures else (None, ""))
+
+
+def _grey(texture: Texture, values: np.ndarray) -> Texture:
+    return replace(texture, pixels=np.broadcast_to(values.astype(np.float32)[..., None], (*values.shape, 3)))
