@@ -51,29 +51,18 @@ def emit(tracer: Tracer, receivers: Surfels, settings: RsmSettings) -> Iterator[
 
     receivers: the points that will gather, to which the lights are chosen. A generator of progress; returns Lighting.
     """
-    geometry = tracer.geometry
-    scene, seed = geometry.scene, settings.seed * 4096
-    if not len(geometry.triangles):
+    seed = settings.seed * 4096
+    if not len(tracer.geometry.triangles):
         return Lighting((), Vpls.concatenate([]))
-    maps: list[Map] = []
-    # However many lamps there are, their maps take no more than those of a few.
-    resolution = max(8, round(settings.map_resolution * min(1.0, np.sqrt(_FULL_MAPS / max(1, len(scene.lights))))))
     # Only the flux pattern draws maps anew where they matter; the others gather from one map of a sun as it is.
     focus = _focus(receivers) if settings.pattern == "flux" else None
-    for light in scene.lights:
-        for view in views(light, geometry.bounds, resolution, focus):
-            maps.append((yield from render(tracer, view, seed + len(maps))))
-    others = []
-    glow = scattered(emitters(geometry, CLOUD), geometry.area, seed)
-    if len(glow.origin):
-        others.append((yield from trace_flux(tracer, glow)).lights())
-    others.append((yield from skylit(tracer, CLOUD, seed)))
+    maps, others = yield from reflections(tracer, settings.map_resolution, seed, focus)
 
     bounce = Vpls.concatenate([m.lights() for m in maps] + others)
     for k in range(1, settings.bounces):
         bounce = bounce[coherent(bounce)]
         drawn = equalized(bounce, bounce.flux.mean(-1), CLOUD)
-        bounce = (yield from trace_flux(tracer, scattered(drawn, geometry.area, seed + k))).lights()
+        bounce = (yield from trace_flux(tracer, scattered(drawn, tracer.geometry.area, seed + k))).lights()
         others.append(bounce)
 
     if settings.pattern == "all":
@@ -83,6 +72,29 @@ def emit(tracer: Tracer, receivers: Surfels, settings: RsmSettings) -> Iterator[
     return Lighting(
         tuple(apart), (yield from chosen(tracer, maps, others, receivers, CLOUD, seed, settings.visibility))
     )
+
+
+def reflections(tracer: Tracer, resolution: int, seed: int, focus: np.ndarray | None = None) -> Iterator[float]:
+    """The light of lamps, emitting surfaces and the sky where it is first reflected.
+
+    resolution: texels along the side of a lamp's map. focus: (2, 3) corners of the box that a sun's finest map covers,
+    None for one map over everything [m].
+    A generator of progress; returns the lamps' Maps and a list of Vpls for what has no map.
+    """
+    geometry = tracer.geometry
+    scene = geometry.scene
+    # However many lamps there are, their maps take no more than those of a few.
+    resolution = max(8, round(resolution * min(1.0, np.sqrt(_FULL_MAPS / max(1, len(scene.lights))))))
+    maps: list[Map] = []
+    for light in scene.lights:
+        for view in views(light, geometry.bounds, resolution, focus):
+            maps.append((yield from render(tracer, view, seed + len(maps))))
+    others = []
+    glow = scattered(emitters(geometry, CLOUD), geometry.area, seed)
+    if len(glow.origin):
+        others.append((yield from trace_flux(tracer, glow)).lights())
+    others.append((yield from skylit(tracer, CLOUD, seed)))
+    return maps, others
 
 
 def _focus(receivers: Surfels) -> np.ndarray | None:
