@@ -13,6 +13,11 @@ from .trace import Tracer
 _ROWS = 64
 
 
+def reach(passes: int) -> int:
+    """How far a value depends on others through so many passes [pixels]; their footprints look one further."""
+    return 2 * ((1 << passes) - 1) + 1
+
+
 def smooth(value, position, normal, passes: int, walls=None) -> Iterator[float]:
     """The joint bilateral filter over an image of surface points, reaching 4, 12, 28 … pixels from the centre with 1,
     2, 3 … passes.

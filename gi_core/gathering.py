@@ -9,7 +9,7 @@ import numpy as np
 
 from . import tiles
 from .kernels.vpl_transfer import transfer
-from .sampling import hash01
+from .sampling import Samples, hash01
 from .surfels import Surfels
 from .trace import Tracer
 from .vectors import dot
@@ -83,13 +83,13 @@ def every(vpls: Vpls) -> Pattern:
     return lambda here: (np.broadcast_to(index, (len(here), len(vpls))), 1.0)
 
 
-def strided(vpls: Vpls, samples: int, seed: int) -> Pattern:
+def strided(vpls: Vpls, samples: Samples, seed: int) -> Pattern:
     """Each point takes every k-th light from a start of its own; for lights of equal brightness (`vpls.equalized`)."""
-    step = len(vpls) / samples
+    step = len(vpls) / samples.count
 
     def pattern(here: Surfels):
-        start = hash01(here.place, seed)[:, None]
-        index = ((np.arange(samples) + start) * step).astype(np.int64)
+        start = (hash01(here.place, seed)[:, None] + np.float32(samples.shift())) % 1
+        index = ((np.arange(samples.count) + start) * step).astype(np.int64)
         return np.minimum(index, len(vpls) - 1), step
 
     return pattern

@@ -53,7 +53,7 @@ def compare(
             raise RuntimeError(f"Cycles bakes meshes only: convert {', '.join(result.light)} to one")
         left_out = [f"{name} is no mesh: not compared" for name in result.light if name not in names]
         comparisons = []
-        for kind in ("direct", "indirect"):
+        for kind in filter(job.wants, ("direct", "indirect")):
             if job.target == "lightmap":
                 maps = {name: job.uv or view_layer.objects[name].data.uv_layers.active.name for name in names}
                 side = next(iter(result.light.values())).valid.shape[0]

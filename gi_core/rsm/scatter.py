@@ -10,14 +10,14 @@ from .. import environment as beyond
 from .. import tiles
 from ..direct import from_environment
 from ..emitters import strewn
-from ..sampling import cosine_hemisphere, hash01
+from ..sampling import Samples, cosine_hemisphere, hash01
 from ..surfels import at
 from ..trace import Tracer
 from ..vpls import Vpls
 from .views import Rays
 
 # Rays to the sky from each point that stands for what it lights, and points worked on at once by a thread.
-_SKY_RAYS, _POINTS = 4, 1 << 13
+_SKY_RAYS, _POINTS = Samples(4), 1 << 13
 
 
 def _no_rays() -> Rays:

@@ -89,7 +89,7 @@ def test_light_does_not_pass_under_a_wall():
     tracer = shapes.tracer([shapes.plate(0, 1), wall])
     points, _ = surfels.from_texels(tracer.geometry, "plate", "", (40, 40))
     lit = (points.position[:, :1] < 0).astype(np.float32)
-    done = tiles.finish(images.smoothed(lit, points, (40, 40), 3, tracer))
+    done = tiles.finish(images.smoothed(lit, points, points.place, (40, 40), 3, tracer))
     assert np.array_equal(done > 0.5, lit > 0.5) and np.abs(done - lit).max() < 1e-5
-    through = tiles.finish(images.smoothed(lit, points, (40, 40), 3))
+    through = tiles.finish(images.smoothed(lit, points, points.place, (40, 40), 3))
     assert np.abs(through - lit).max() > 0.3
