@@ -22,6 +22,10 @@ from .vectors import dot, lit, offset
 _PAIRS = 1 << 15
 
 
+# Points on emitting surfaces that are looked at for each shadow ray.
+_CANDIDATES = 4
+
+
 def _is_hard(light: Light) -> bool:
     return {"SUN": light.angle, "AREA": 1.0}.get(light.kind, light.radius) <= 0
 
@@ -101,7 +105,8 @@ def from_surroundings(tracer: Tracer, surfels: Surfels, samples: Samples, seed: 
     glow = tracer.glow
     if len(glow):
         field = NearField.of(glow, samples)
-        irradiance += gathered(tracer, surfels, glow, strided(glow, samples, seed), bound=field.clamp)
+        pattern = strided(glow, samples, seed, _CANDIDATES)
+        irradiance += gathered(tracer, surfels, glow, pattern, bound=field.clamp, candidates=_CANDIDATES)
         row, met, share = short_rays(tracer, surfels, field, seed)
         irradiance += summed(row, np.pi * met.emission * share[:, None], len(surfels)) / field.rays.count
     if not beyond.is_black(tracer.geometry.scene.environment):
@@ -131,5 +136,5 @@ def _tiled(light: Callable[[Surfels], np.ndarray], surfels: Surfels, samples: in
     def tile(part: slice):
         irradiance[part] = light(surfels[part])
 
-    yield from tiles.run(tile, tiles.slices(len(surfels), _PAIRS // samples))
+    yield from tiles.run(tile, tiles.slices(len(surfels), max(1, _PAIRS // samples)))
     return irradiance

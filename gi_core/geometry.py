@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A scene's triangles in the world, and what is known at a point on one of them."""
 
+from functools import cached_property
+
 import numpy as np
 
 from .scene import ColorSource, Mesh, Scene
@@ -51,18 +53,18 @@ class Geometry:
         self._slot_first = np.concatenate([[0], np.cumsum(slot_counts)]).astype(np.int64)
         self._material_table = np.array([m for i in scene.instances for m in i.materials], np.int32)
 
-    @property
+    @cached_property
     def bounds(self) -> np.ndarray:
         """Lowest and highest corner of all triangles: (2, 3) float32 [m]."""
         return np.stack([self.vertices.min(0), self.vertices.max(0)])
 
-    @property
+    @cached_property
     def areas(self) -> np.ndarray:
         """Area of each triangle: (t,) float32 [m²]."""
         a, b, c = np.moveaxis(self.vertices[self.triangles], 1, 0)
         return length(np.cross(b - a, c - a)) / 2
 
-    @property
+    @cached_property
     def area(self) -> float:
         """Area of all triangles [m²]."""
         return float(self.areas.sum(dtype=np.float64))

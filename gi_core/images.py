@@ -38,12 +38,17 @@ def smoothed(
     what one camera sees needs none. island: (h,) number of each row's image, where several stand one above the other.
     A generator of progress; returns the values.
     """
-    image, position, normal = (spread(a, place, shape) for a in (irradiance, surfels.position, surfels.normal))
+    lit = irradiance.any(0)
+    if not lit.any():
+        return irradiance
+    image, position, normal = (spread(a, place, shape) for a in (irradiance[:, lit], surfels.position, surfels.normal))
     walls = None if tracer is None else walls_between(tracer, position, normal)
     if walls is not None and island is not None:
         walls[..., 1] += (island * (shape[0] + 1))[:, None]
     image = yield from smooth(image, position, normal, passes, walls)
-    return image.reshape(-1, irradiance.shape[-1])[place]
+    smooth_light = np.zeros_like(irradiance)
+    smooth_light[:, lit] = image.reshape(shape[0] * shape[1], -1)[place]
+    return smooth_light
 
 
 def resolved(

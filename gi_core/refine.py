@@ -18,6 +18,9 @@ from .sampling import Samples
 # Samples of the largest pass where time or noise decide about the end: after each the clock is looked at.
 _PASS = 16
 
+# Fewer samples are not worth a pass of their own.
+_LEAST = 4
+
 # Samples to which the near field is fitted at the most. Fitted to more it becomes so small that single lights are
 # noisy: on `cornell` 256 samples have 1.5 times the error.
 _PLANNED = 64
@@ -44,13 +47,13 @@ class Goal:
     def passes(self) -> Iterator[Samples]:
         """A quarter, a quarter and a half of the samples; with an open end ever more until passes are long enough."""
         planned = min(self.samples, _PLANNED)
-        first, count = 0, max(1, (planned if self.open_end else self.samples) // 4)
+        first, count = 0, max(_LEAST, (planned if self.open_end else self.samples) // 4)
         while first < self.samples:
             if first:
                 count = min(first, _PASS) if self.open_end else first
             # The rest of what would leave less than a pass goes along.
             left = self.samples - first
-            count = left if left < 2 * count and not self.open_end and first else min(count, left)
+            count = left if left < 2 * count and not self.open_end else min(count, left)
             yield Samples(count, first, planned)
             first += count
 

@@ -85,10 +85,8 @@ def reflections(tracer: Tracer, resolution: int, seed: int, focus: np.ndarray | 
     scene = geometry.scene
     # However many lamps there are, their maps take no more than those of a few.
     resolution = max(8, round(resolution * min(1.0, np.sqrt(_FULL_MAPS / max(1, len(scene.lights))))))
-    maps: list[Map] = []
-    for light in scene.lights:
-        for view in views(light, geometry.bounds, resolution, focus):
-            maps.append((yield from render(tracer, view, seed + len(maps))))
+    every = [view for light in scene.lights for view in views(light, geometry.bounds, resolution, focus)]
+    maps = yield from render(tracer, every, seed)
     others = []
     glow = scattered(tracer.glow, geometry.area, seed)
     if len(glow.origin):
@@ -119,16 +117,17 @@ def indirect(
         surfels = replace(surfels, place=np.zeros_like(surfels.place))
     if settings.pattern == "all":
         return (yield from gather(tracer, surfels, reflected, every(reflected), len(reflected), visibility, bound))
-    pattern = strided(reflected, samples, seed)
+    m = settings.candidates
+    pattern = strided(reflected, samples, seed, m)
     # Short rays find light of all lamps and in sight only: with maps apart or without shadow rays they do not fit.
     if settings.bound == "compensated" and settings.pattern == "flux" and visibility and len(reflected):
         field = NearField.of(reflected, samples)
         if bound.area is not None:
             field = replace(field, area=bound.area)
-        irradiance = yield from gather(tracer, surfels, reflected, pattern, n, visibility, field.clamp)
+        irradiance = yield from gather(tracer, surfels, reflected, pattern, n * m, visibility, field.clamp, m)
         irradiance += yield from near_light(tracer, surfels, field, settings.bounces, seed)
     else:
-        irradiance = yield from gather(tracer, surfels, reflected, pattern, n, visibility, bound)
+        irradiance = yield from gather(tracer, surfels, reflected, pattern, n * m, visibility, bound, m)
     each = samples.part(1 / max(1, len(lighting.maps)))
     for k, source in enumerate(lighting.maps):
         pattern = disk_pattern(source, settings.disk_radius, each, settings.weighting == "literal", seed * 4096 + k)

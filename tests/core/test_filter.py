@@ -58,7 +58,7 @@ def test_the_filter_is_its_definition():
 def test_tiles_do_not_show(monkeypatch):
     value, position, normal = surface(50, 20)
     whole = tiles.finish(smoothing.smooth(value, position, normal, 3))
-    monkeypatch.setattr(smoothing, "_ROWS", 16)
+    monkeypatch.setattr(smoothing, "_PIXELS", 16 * 20)
     assert np.array_equal(whole, tiles.finish(smoothing.smooth(value, position, normal, 3)))
 
 
