@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A scene's triangles in the world, and what is known at a point on one of them."""
 
+from operator import attrgetter
+
 import numpy as np
 
 from .scene import ColorSource, Mesh, Scene
@@ -138,8 +140,9 @@ class Geometry:
         return out
 
     def color(self, source: str, triangle: np.ndarray, weights: np.ndarray) -> np.ndarray:
-        """A material property ("albedo", "emission" or "alpha") at points: (n,), (n, 3) -> (n, 3) float32."""
-        sources: list[ColorSource] = [getattr(m, source) for m in self.scene.materials]
+        """A material property ("albedo", "emission", "alpha", "gloss.roughness" …) at points: (n,), (n, 3) -> (n, 3)
+        float32."""
+        sources: list[ColorSource] = [attrgetter(source)(m) for m in self.scene.materials]
         material = self.material(triangle)
         out = np.array([s.value for s in sources], np.float32)[material]
         for m in np.unique(material):
