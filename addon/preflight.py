@@ -52,6 +52,7 @@ def check(
     uv: str = "",
     output: str | Path | None = None,
     denoise: str = "bilateral",
+    glossy: bool = False,
 ) -> list[Finding]:
     """What stands in the way of a bake of `view_layer` of `scene`, errors first.
 
@@ -59,7 +60,7 @@ def check(
     objects: names of the objects that get results; empty for all that render.
     uv: name of the UV map that lightmaps lie on; "" for each mesh's active one.
     output: path of the folder for files; None where none are written.
-    denoise: how noise is taken out, as in the settings.
+    denoise: how noise is taken out, as in the settings. glossy: whether glossy surfaces are baked.
 
     The file is not changed. Raises RuntimeError where Blender cannot render now.
     """
@@ -70,7 +71,7 @@ def check(
 
     def look(depsgraph: bpy.types.Depsgraph) -> Iterator[Finding]:
         images = _ImageCheck()
-        core = read_depsgraph(depsgraph, camera, images)
+        core = read_depsgraph(depsgraph, camera, images, glossy=glossy)
         yield from images.findings
         yield from _check_lights(depsgraph)
         yield from _check_light(core, scene)

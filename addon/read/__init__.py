@@ -15,9 +15,10 @@ from .render_depsgraph import with_render_depsgraph
 from .world import read_environment, wants_panorama
 
 
-def read_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Scene:
+def read_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, glossy: bool = False) -> Scene:
     """`view_layer` of `scene`, as a render at the current frame sees it, as a `Scene`.
 
+    glossy: what surfaces reflect besides their diffuse part is read too.
     Raises ValueError where an image of a material or of the world cannot be read, and RuntimeError where Blender
     cannot render now. Call it where Blender's data may be changed: not inside a render, not while drawing.
     """
@@ -25,7 +26,9 @@ def read_scene(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Scene
     world = view_layer.world_override or scene.world
     if wants_panorama(world, images):
         around = panorama(world, scene.frame_current_final)
-    return with_render_depsgraph(scene, view_layer, lambda graph: read_depsgraph(graph, camera, images, around))
+    return with_render_depsgraph(
+        scene, view_layer, lambda graph: read_depsgraph(graph, camera, images, around, glossy)
+    )
 
 
 def read_depsgraph(
@@ -33,13 +36,14 @@ def read_depsgraph(
     camera: bpy.types.Object | None,
     images: ImageReader,
     panorama: Texture | None = None,
+    glossy: bool = False,
 ) -> Scene:
     """What is in `depsgraph`, seen by `camera`, as a `Scene`.
 
-    images: gives the textures. panorama: of the world, where it was rendered.
+    images: gives the textures. panorama: of the world, where it was rendered. glossy: see `read_scene`.
     """
     notes = []
-    materials = MaterialReader(depsgraph.view_layer_eval.material_override, images, notes)
+    materials = MaterialReader(depsgraph.view_layer_eval.material_override, images, notes, glossy)
     meshes, instances = read_objects(depsgraph, materials.index, notes)
     if camera:
         camera = read_camera(camera.evaluated_get(depsgraph), depsgraph.scene_eval.render, notes)
