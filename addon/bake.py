@@ -23,6 +23,7 @@ import numpy as np
 from ..gi_core import images, rsm, surfels
 from ..gi_core.direct import lamps, surroundings
 from ..gi_core.geometry import Geometry
+from ..gi_core.rsm.glossy import glossy_light
 from ..gi_core.rsm.interpolation import interpolated_indirect
 from ..gi_core.rsm.settings import RsmSettings
 from ..gi_core.scene import Camera
@@ -49,6 +50,9 @@ _WEIGHTS = {
     "gather": 45,
     "denoise": 10,
 }
+
+# The same of what glossy surfaces reflect, where that is wanted.
+_GLOSS = {"gloss": 60}
 
 
 class NotThere(ValueError):
@@ -91,6 +95,16 @@ class Job:
             raise NotThere("baking on the graphics card is not there yet; use device auto or cpu")
         if self.resolution is not None and not 4 <= self.resolution <= 16384:
             raise SettingError(f"the resolution is {self.resolution}; it goes from 4 to 16384 pixels")
+        if self.glossy and self.target != "image":
+            raise SettingError(
+                f"setting 'glossy' is for the camera image: what glossy surfaces reflect depends on the view, and the "
+                f"target '{self.target}' holds one light for all views"
+            )
+
+    @property
+    def glossy(self) -> bool:
+        """Whether what glossy surfaces reflect to the camera is wanted."""
+        return getattr(self.settings, "glossy", False)
 
 
 @dataclass(frozen=True)
@@ -128,10 +142,11 @@ class Result:
 
 
 class Stages:
-    """Seconds by stage, and how far the whole is."""
+    """Seconds by stage, and how far the whole is. weights: what the stages that take long take of it, roughly."""
 
-    def __init__(self):
+    def __init__(self, weights: dict[str, int] = _WEIGHTS):
         self.seconds: dict[str, float] = {}
+        self._weights = weights
         self._fraction = 0.0
 
     @contextmanager
@@ -145,8 +160,9 @@ class Stages:
 
     def run(self, name: str, work: Iterator[float]) -> Iterator[tuple[float, str]]:
         """A stage's generator of 0…1 as one of (fraction of all, stage); returns its value."""
-        before = sum(_WEIGHTS[s] for s in self.seconds if s in _WEIGHTS) / sum(_WEIGHTS.values())
-        share = _WEIGHTS[name] / sum(_WEIGHTS.values())
+        weights = self._weights
+        before = sum(weights[s] for s in self.seconds if s in weights) / sum(weights.values())
+        share = weights[name] / sum(weights.values())
         with self.time(name):
             while True:
                 try:
@@ -165,19 +181,20 @@ def bake(
 
     Raises Refused, before any work, where the preflight finds errors.
     """
-    stages = Stages()
+    stages = Stages(_WEIGHTS | _GLOSS if job.glossy else _WEIGHTS)
     yield 0.0, "check"
     with stages.time("check"):
         findings = preflight.check(
             scene, view_layer,
             target=job.target, objects=job.objects, uv=job.uv, output=output, denoise=job.settings.denoise,
+            glossy=job.glossy,
         )  # fmt: skip
     if any(f.severity == "ERROR" for f in findings):
         raise Refused(findings)
 
     yield 0.0, "read"
     with stages.time("read"):
-        core = read_scene(scene, view_layer)
+        core = read_scene(scene, view_layer, job.glossy)
     with stages.time("trees"):
         tracer = Tracer(Geometry(core))
     receivers = yield from stages.run("points", _receivers(tracer, job))
@@ -207,6 +224,8 @@ def bake(
             )
         else:
             light = {r.name: r.light(there, here) for r, there, here in lit}
+    if job.glossy:
+        layers = yield from stages.run("gloss", _with_gloss(tracer, receivers, layers, settings, job))
     warnings = (*(f"{f.code}: {f.message}" for f in findings), *notes)
     return Result(job, layers, light, "cpu", stages.seconds, core.approximated, warnings)
 
@@ -249,6 +268,21 @@ def _gathered(tracer: Tracer, points: Surfels, lighting: rsm.Lighting, settings:
     camera = _camera(tracer.geometry.scene.camera, job.resolution)
     irradiance, share = yield from interpolated_indirect(tracer, points, lighting, settings, camera, settings.antialias)
     return irradiance, [f"interpolation: {share:.1%} of the image's points reuse their neighbours' light"]
+
+
+def _with_gloss(
+    tracer: Tracer, receivers: list[_Receiver], layers: dict[str, np.ndarray], settings: Settings, job: Job
+) -> Iterator[float]:
+    """A camera image's layers and what glossy surfaces reflect. A generator of progress; returns the layers."""
+    [receiver], camera = receivers, _camera(tracer.geometry.scene.camera, job.resolution)
+    shown = yield from glossy_light(tracer, receiver.points, camera, receiver.subpixels, settings)
+    light = np.concatenate([shown.around, shown.indirect], -1)
+    if settings.denoise != "none":
+        # What a mirror shows has edges that its surface knows nothing of: a filter along it must not reach far.
+        near = replace(settings, denoise_passes=1)
+        light = yield from _denoised([replace(receiver, points=shown.surfels)], light, near, tracer)
+    direct, indirect = shown.lamps + light[:, :3], light[:, 3:]
+    return images.with_gloss(layers, shown.surfels, direct, indirect, shown.color, receiver.subpixels)
 
 
 def _receivers(tracer: Tracer, job: Job) -> Iterator[float]:

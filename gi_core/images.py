@@ -113,3 +113,25 @@ def camera_layers(
         # Blender's depth of nothing.
         "Depth": np.where(one(np.ones_like(depth)) > 0, one(depth), np.float32(1e10)),
     }
+
+
+def with_gloss(
+    layers: dict[str, np.ndarray],
+    surfels: Surfels,
+    direct: np.ndarray,
+    indirect: np.ndarray,
+    color: np.ndarray,
+    subpixels: int,
+) -> dict[str, np.ndarray]:
+    """The layers of a camera image and what glossy surfaces reflect: layers of its own, added to Combined.
+
+    layers: of `camera_layers`. surfels: the glossy ones. direct, indirect: (n, 3) light over colour. color: (n, 3).
+    """
+    h, w = layers["Combined"].shape[:2]
+    fine = (w * subpixels, h * subpixels)
+    whole = spread(color, surfels, fine).reshape(h, subpixels, w, subpixels, 3).mean((1, 3))
+    direct, indirect = (by_pixel(light, color, surfels, fine, subpixels) for light in (direct, indirect))
+    combined = layers["Combined"].copy()
+    combined[..., :3] += whole * (direct + indirect)
+    gloss = {"Glossy Direct": direct, "Glossy Indirect": indirect, "Glossy Color": whole}
+    return {**layers, "Combined": combined, **gloss}
