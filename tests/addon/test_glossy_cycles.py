@@ -202,11 +202,12 @@ def test_only_where_it_is_asked_for_and_only_in_images(room):
 
 
 def test_the_report_compares_it(room, tmp_path):
-    room.data.materials[0] = material(PRINCIPLED)
     scene, layer = bpy.context.scene, bpy.context.view_layer
-    result = tiles.finish(bake(scene, layer, Job(resolution=16, settings=RsmSettings(glossy=True))))
-    report = compare(result, scene, layer, 16, tmp_path)
-    assert {"Glossy Indirect", "Glossy Direct"} <= set(report.metrics)
+    diffuse = {"Diffuse Indirect", "Diffuse Direct"}
+    for floor, names in ((DIFFUSE, diffuse), (PRINCIPLED, diffuse | {"Glossy Indirect", "Glossy Direct"})):
+        room.data.materials[0] = material(floor)
+        result = tiles.finish(bake(scene, layer, Job(resolution=16, settings=RsmSettings(glossy=True))))
+        assert set(compare(result, scene, layer, 16, tmp_path).metrics) == names
 
 
 def test_progress_rises_to_the_end(room):
