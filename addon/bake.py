@@ -29,7 +29,7 @@ from ..gi_core.rsm.settings import RsmSettings
 from ..gi_core.scene import Camera
 from ..gi_core.settings import SettingError, Settings
 from ..gi_core.techniques import METHODS
-from ..gi_core.tile_light import STAGES, TileLight
+from ..gi_core.tile_light import TileLight
 from ..gi_core.tiles import named
 from ..gi_core.trace import Tracer
 from . import denoise, preflight
@@ -87,10 +87,24 @@ class Job:
             raise NotThere("baking on the graphics card is not there yet; use device auto or cpu")
         if self.resolution is not None and not 4 <= self.resolution <= 16384:
             raise SettingError(f"the resolution is {self.resolution}; it goes from 4 to 16384 pixels")
+        if self.glossy and self.target != "image":
+            raise SettingError(
+                f"setting 'glossy' is for the camera image: what glossy surfaces reflect depends on the view, and the "
+                f"target '{self.target}' holds one light for all views"
+            )
+
+    @property
+    def glossy(self) -> bool:
+        """Whether what glossy surfaces reflect to the camera is wanted."""
+        return _glossy(self.settings)
 
     def wants(self, light: str) -> bool:
         """Whether "direct" or "indirect" light is asked for; a camera image shows both."""
         return self.target == "image" or self.settings.light in (light, "combined")
+
+
+def _glossy(settings: Settings) -> bool:
+    return getattr(settings, "glossy", False)
 
 
 @dataclass(frozen=True)
@@ -142,8 +156,13 @@ class Stages:
         finally:
             self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - begin
 
-    def follow(self, work: Iterator[tuple[str, float]], begin: float, share: float) -> Iterator[tuple[float, str]]:
-        """Work that yields (stage, fraction of the stage), as (fraction of all, stage); returns its value."""
+    def follow(
+        self, work: Iterator[tuple[str, float]], begin: float, share: float, stages: dict[str, float]
+    ) -> Iterator[tuple[float, str]]:
+        """Work that yields (stage, fraction of the stage), as (fraction of all, stage); returns its value.
+
+        begin, share: where the work begins and what it takes of all. stages: what each takes of the work.
+        """
         done, latest, furthest, since = 0.0, "", 0.0, time.perf_counter()
         try:
             while True:
@@ -151,9 +170,9 @@ class Stages:
                 now = time.perf_counter()
                 self.seconds[stage] = self.seconds.get(stage, 0.0) + now - since
                 if stage != latest:
-                    done, latest = done + STAGES.get(latest, 0.0), stage
+                    done, latest = done + stages.get(latest, 0.0), stage
                 # A stage may be several pieces of work, each from 0 to 1.
-                furthest = max(furthest, min(1.0, done + STAGES.get(stage, 1.0) * fraction))
+                furthest = max(furthest, min(1.0, done + stages.get(stage, 0.0) * fraction))
                 yield begin + share * furthest, stage
                 # What whoever follows does in between is none of the stage's time.
                 since = time.perf_counter()
@@ -186,6 +205,7 @@ def bake(
         findings, core = preflight.inspected(
             scene, view_layer, ImageReader(),
             target=job.target, objects=job.objects, uv=job.uv, output=output, denoise=job.settings.denoise,
+            glossy=job.glossy,
         )  # fmt: skip
     if any(f.severity == "ERROR" for f in findings):
         raise Refused(findings)
@@ -198,7 +218,8 @@ def bake(
     emitted = None
     if job.wants("indirect"):
         around = guides(tracer, [r.name for r in receivers], camera, _GUIDES)
-        emitted = yield from stages.follow(named("maps", technique.emit(tracer, around, settings)), 0, _MAPS)
+        work = named("maps", technique.emit(tracer, around, settings))
+        emitted = yield from stages.follow(work, 0, _MAPS, {"maps": 1.0})
 
     margin, unit = _margin(settings, camera)
     cutting = cut(receivers, (settings.memory << 20) // POINT_BYTES, margin, unit)
@@ -209,17 +230,19 @@ def bake(
         share = float(np.prod(tile.shape) / whole)
         light = TileLight(tracer, technique, settings, emitted, job.wants("direct"), camera, share, reused)
         seen = _shown(preview, tile) if preview else None
-        found, estimate = yield from stages.follow(light.on(tile, seen), _MAPS + _TILES * done, _TILES * share)
+        work = light.on(tile, seen)
+        found, estimate = yield from stages.follow(work, _MAPS + _TILES * done, _TILES * share, light.stages)
         done += share
         estimates.append(estimate)
         for receiver, rows, kept in tile.kept():
             _put(canvases[receiver.name], found, names, receiver, rows, kept)
     if settings.denoise == "oidn" and job.target != "vertices":
-        yield from stages.follow(named("denoise", _oidn(canvases)), 1, 0)
+        yield from stages.follow(named("denoise", _oidn(canvases)), 1, 0, {})
 
     with stages.time("layers"):
         for canvas in canvases.values():
-            canvas["Direct"] = canvas.pop("Lamps") + canvas.pop("Around")
+            for kind in ("", "Glossy ") if job.glossy else ("",):
+                canvas[f"{kind}Direct"] = canvas.pop(f"{kind}Lamps") + canvas.pop(f"{kind}Around")
         layers, light = {}, {}
         if camera:
             layers = images.camera_layers(canvases[""], camera, scene.render.film_transparent)
@@ -292,7 +315,8 @@ def _kept_layers(settings: Settings, camera: Camera | None) -> set[str]:
     """Layers that the result or the denoiser needs: a hundred large lightmaps have no memory to give away."""
     light = {"Lamps", "Around", "Indirect", "Coverage", "Centred"}
     guides = {"Color", "Normal", "Position"} if camera or settings.denoise == "oidn" else set()
-    return light | guides | ({"Emission", "Sky"} if camera else set())
+    gloss = {"Glossy Lamps", "Glossy Around", "Glossy Indirect", "Glossy Color"} if _glossy(settings) else set()
+    return light | guides | gloss | ({"Emission", "Sky"} if camera else set())
 
 
 def _put(
@@ -310,11 +334,12 @@ def _put(
 def _oidn(canvases: dict[str, dict[str, np.ndarray]]) -> Iterator[float]:
     """Takes the noise out of all images. A generator of progress."""
     found = list(canvases.values())
-    noisy = [np.concatenate([canvas["Around"], canvas["Indirect"]], -1) for canvas in found]
-    clean = yield from denoise.smoothed(noisy, found)
+    kinds = [k for k in ("Around", "Indirect", "Glossy Around", "Glossy Indirect") if any(k in c for c in found)]
+    clean = yield from denoise.smoothed([np.concatenate([c[k] for k in kinds], -1) for c in found], found)
     for canvas, light in zip(found, clean):
-        valid = canvas["Coverage"] > 0
-        canvas["Around"], canvas["Indirect"] = (np.where(valid, part, 0) for part in (light[..., :3], light[..., 3:]))
+        for kind, part in zip(kinds, np.split(light, len(kinds), axis=-1)):
+            valid = canvas["Glossy Color" if kind.startswith("Glossy") else "Coverage"].any(-1, keepdims=True)
+            canvas[kind] = np.where(valid, part, 0)
 
 
 def _light(canvas: dict[str, np.ndarray], shape: tuple[int, ...]) -> Light:

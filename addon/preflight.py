@@ -62,6 +62,7 @@ def inspected(
     uv: str = "",
     output: str | Path | None = None,
     denoise: str = "bilateral",
+    glossy: bool = False,
 ) -> tuple[list[Finding], Scene]:
     """What stands in the way of a bake of `view_layer` of `scene`, errors first, and the scene as it was read.
 
@@ -70,7 +71,7 @@ def inspected(
     objects: names of the objects that get results; empty for all that render.
     uv: name of the UV map that lightmaps lie on; "" for each mesh's active one.
     output: path of the folder for files; None where none are written.
-    denoise: how noise is taken out, as in the settings.
+    denoise: how noise is taken out, as in the settings. glossy: whether glossy surfaces are baked.
 
     The file is not changed. Raises RuntimeError where Blender cannot render now.
     """
@@ -93,7 +94,7 @@ def inspected(
         if target == "vertices":
             findings.extend(_check_vertices(core, scene, objects))
 
-    core = read_scene(scene, view_layer, checked, look, with_panorama=images is not None)
+    core = read_scene(scene, view_layer, checked, look, with_panorama=images is not None, glossy=glossy)
     return sorted(dict.fromkeys(findings), key=lambda finding: finding.severity), core
 
 

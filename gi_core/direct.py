@@ -25,13 +25,21 @@ _PAIRS = 1 << 15
 # Points on emitting surfaces that are looked at for each shadow ray.
 _CANDIDATES = 4
 
+# A surface's BRDF towards its viewer: rows of the surfels (m,), unit directions to the light (m, 3) -> (m, 3) [1/sr].
+Brdf = Callable[[np.ndarray, np.ndarray], np.ndarray]
+
 
 def _is_hard(light: Light) -> bool:
     return {"SUN": light.angle, "AREA": 1.0}.get(light.kind, light.radius) <= 0
 
 
-def from_lamp(tracer: Tracer, surfels: Surfels, light: Light, samples: int, seed: int) -> np.ndarray:
-    """Irradiance from one lamp: (n, 3) float32 [W/m²], the mean of `samples` stratified points on it."""
+def from_lamp(
+    tracer: Tracer, surfels: Surfels, light: Light, samples: int, seed: int, brdf: Brdf | None = None
+) -> np.ndarray:
+    """Irradiance from one lamp: (n, 3) float32 [W/m²], the mean of `samples` stratified points on it.
+
+    brdf: weighs it by what the surface reflects, for radiance [W/(m²·sr)] instead.
+    """
     samples = 1 if _is_hard(light) else samples
     n = len(surfels)
     u = rotated(r2_sequence(samples), surfels.place, seed).reshape(-1, 2)
@@ -50,11 +58,15 @@ def from_lamp(tracer: Tracer, surfels: Surfels, light: Light, samples: int, seed
         cosine[shone] *= tracer.transmittance(origin, arrival.direction[shone], far)
     irradiance = np.zeros((n * samples, 3), np.float32)
     irradiance[shone] = arrival.irradiance[shone] * cosine[shone, None]
+    if brdf:
+        irradiance[shone] *= brdf(row[shone], arrival.direction[shone])
     return irradiance.reshape(n, samples, 3).mean(1)
 
 
-def from_environment(tracer: Tracer, surfels: Surfels, sky: Sky, samples: Samples, seed: int) -> np.ndarray:
-    """Irradiance from what lies beyond the scene, or a part of it: (n, 3) float32 [W/m²].
+def from_environment(
+    tracer: Tracer, surfels: Surfels, sky: Sky, samples: Samples, seed: int, brdf: Brdf | None = None
+) -> np.ndarray:
+    """Irradiance from what lies beyond the scene, or a part of it: (n, 3) float32 [W/m²]. brdf: as for `from_lamp`.
 
     A share of the rays, the sky's own, goes where its light comes from, the rest is cosine-distributed, and each counts
     by the density of both kinds together (the balance heuristic, Veach 1995).
@@ -80,6 +92,8 @@ def from_environment(tracer: Tracer, surfels: Surfels, sky: Sky, samples: Sample
         worth = np.divide(cosine[up], density, out=np.zeros(len(up)), where=density > 0).astype(np.float32)[:, None]
     arrived = np.zeros((n * count, 3), np.float32)
     arrived[up] = worth * seen * sky.radiance(direction[up])
+    if brdf:
+        arrived[up] *= brdf(row[up], direction[up])
     return arrived.reshape(n, count, 3).mean(1)
 
 

@@ -3,6 +3,7 @@
 """A scene's triangles in the world, and what is known at a point on one of them."""
 
 from functools import cached_property
+from operator import attrgetter
 
 import numpy as np
 
@@ -121,6 +122,11 @@ class Geometry:
             return np.zeros(len(self.triangles), bool)
         return let_through[self.material(np.arange(len(self.triangles)))]
 
+    @cached_property
+    def has_gloss(self) -> bool:
+        """Whether any surface reflects more than its albedo."""
+        return any(np.any(m.gloss_albedo.value) for m in self.scene.materials)
+
     def alpha(self, triangle: np.ndarray, weights: np.ndarray) -> np.ndarray:
         """How solid the surface is at points, 0…1: (n,), (n, 3) -> (n,) float32."""
         return np.clip(self.color("alpha", triangle, weights)[:, 0], 0, 1)
@@ -140,8 +146,9 @@ class Geometry:
         return out
 
     def color(self, source: str, triangle: np.ndarray, weights: np.ndarray) -> np.ndarray:
-        """A material property ("albedo", "emission" or "alpha") at points: (n,), (n, 3) -> (n, 3) float32."""
-        sources: list[ColorSource] = [getattr(m, source) for m in self.scene.materials]
+        """A material property ("albedo", "emission", "alpha", "gloss.roughness" …) at points: (n,), (n, 3) -> (n, 3)
+        float32."""
+        sources: list[ColorSource] = [attrgetter(source)(m) for m in self.scene.materials]
         material = self.material(triangle)
         out = np.array([s.value for s in sources], np.float32)[material]
         for m in np.unique(material):

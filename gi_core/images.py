@@ -77,10 +77,21 @@ def resolved(
     if subpixels == 1:
         return layers | {name: mean(values) for name, values in light.items()}
     weight = surfels.albedo + _DARK
-    whole = mean(weight)
-    for name, values in light.items():
-        layers[name] = np.divide(mean(weight * values), whole, out=np.zeros((h, w, 3), np.float32), where=whole > 0)
-    return layers
+    return layers | {name: over_color(values, weight, place, shape, subpixels) for name, values in light.items()}
+
+
+def over_color(
+    light: np.ndarray, color: np.ndarray, place: np.ndarray, shape: tuple[int, int], subpixels: int
+) -> np.ndarray:
+    """Light over colour of each pixel, whose subpixels count by their colour; zero where there is none.
+
+    light, color: (n, 3) at places of an image of (h, w) subpixels. Returns (h / s, w / s, 3) float32.
+    """
+    h, w = shape[0] // subpixels, shape[1] // subpixels
+    reflected, whole = (
+        spread(a, place, shape).reshape(h, subpixels, w, subpixels, 3).sum((1, 3)) for a in (color * light, color)
+    )
+    return np.divide(reflected, whole, out=np.zeros_like(reflected), where=whole > 0)
 
 
 def sky(
@@ -100,7 +111,8 @@ def sky(
 def camera_layers(found: dict[str, np.ndarray], camera: Camera, transparent: bool) -> dict[str, np.ndarray]:
     """What a camera sees, in layers named as Blender's passes: (h, w, c) float32 each.
 
-    found: what `resolved` gave for the whole image, with light "Direct" and "Indirect" [W/m²], and "Sky".
+    found: what `resolved` gave for the whole image, with light "Direct" and "Indirect" [W/m²], "Sky", and what
+        glossy surfaces reflect where that is wanted.
     transparent: leave the sky out of the picture.
     Diffuse light is E/π without colour, as Cycles' passes are; where nothing reflects there is none.
     """
@@ -112,6 +124,10 @@ def camera_layers(found: dict[str, np.ndarray], camera: Camera, transparent: boo
         combined, alpha = combined + found["Sky"], np.ones_like(coverage)
     depth = ((found["Position"] - camera.matrix[:3, 3]) @ -camera.matrix[:3, 2])[..., None].astype(np.float32)
     surface = np.any(found["Normal"] != 0, -1, keepdims=True)
+    gloss = {}
+    if "Glossy Color" in found:
+        gloss = {name: found[name] for name in ("Glossy Direct", "Glossy Indirect", "Glossy Color")}
+        combined = combined + gloss["Glossy Color"] * (gloss["Glossy Direct"] + gloss["Glossy Indirect"])
     return {
         "Combined": np.concatenate([combined, alpha], -1),
         "Diffuse Direct": lit["Direct"],
@@ -123,4 +139,6 @@ def camera_layers(found: dict[str, np.ndarray], camera: Camera, transparent: boo
         "Position": found["Position"],
         # Blender's depth of nothing.
         "Depth": np.where(surface, depth, np.float32(1e10)),
+        **gloss,
     }
+

@@ -65,7 +65,7 @@ def short_rays(tracer: Tracer, here: Surfels, field: NearField, seed: int) -> tu
     row, direction = row[front], direction[front]
     # A place of its own for each ray, so that what it meets draws samples of its own.
     place = (here.place[row] << 16) + field.rays.first + front % rays
-    met, hit = along_rays(tracer, here.origin[row], direction, place, field.radius)
+    met, hit = along_rays(tracer, here.origin[row], direction, place, field.radius, reflecting=True)
     row, direction = row[hit], direction[hit]
     d = met.position - here.position[row]
     cosines = dot(here.normal[row], direction) * np.maximum(-dot(met.face, direction), 0)

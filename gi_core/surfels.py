@@ -59,13 +59,17 @@ class Surfels:
         return Surfels(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Surfels)))
 
 
-def at(geometry: Geometry, triangle, weights, place, towards=None) -> Surfels:
+def at(geometry: Geometry, triangle, weights, place, towards=None, reflecting=False) -> Surfels:
     """The surfels at points on triangles.
 
     triangle: (n,), weights: (n, 3) barycentric, place: (n,).
     towards: (n, 3) directions; normals are turned to the side that they point to (a camera's or a light's). Without it
         the mesh's front counts, as it does for a bake.
+    reflecting: the points are to light others, so that albedo is all that they reflect, their gloss included.
     """
+    albedo = geometry.color("albedo", triangle, weights)
+    if reflecting and geometry.has_gloss:
+        albedo = np.minimum(albedo + geometry.color("gloss_albedo", triangle, weights), 1)
     face = geometry.face_normal(triangle)
     normal = geometry.shading_normal(triangle, weights)
     # A mesh may carry no usable corner normals; its faces always have one.
@@ -76,20 +80,27 @@ def at(geometry: Geometry, triangle, weights, place, towards=None) -> Surfels:
         back = dot(face, towards)[:, None] < 0
         face, normal = np.where(back, -face, face), np.where(back, -normal, normal)
     return Surfels(
-        geometry.position(triangle, weights), normal, face,
-        geometry.color("albedo", triangle, weights), geometry.color("emission", triangle, weights),
+        geometry.position(triangle, weights), normal, face, albedo, geometry.color("emission", triangle, weights),
         np.asarray(place, np.int64),
     )  # fmt: skip
 
 
 def along_rays(
-    tracer: Tracer, origins: np.ndarray, directions: np.ndarray, place: np.ndarray, far: float = FAR
+    tracer: Tracer,
+    origins: np.ndarray,
+    directions: np.ndarray,
+    place: np.ndarray,
+    far: float = FAR,
+    reflecting: bool = False,
 ) -> tuple[Surfels, np.ndarray]:
-    """The surfels where rays hit, facing back along them, and the indices of the rays that hit: (n, 3), (n, 3),
-    (n,)."""
+    """The surfels where rays hit, facing back along them, and the indices of the rays that hit: (n, 3), (n, 3), (n,).
+
+    reflecting: as for `at`.
+    """
     hits = tracer.closest(origins, directions, far)
     hit = np.flatnonzero(hits.triangle >= 0)
-    return at(tracer.geometry, hits.triangle[hit], hits.weights[hit], place[hit], towards=-directions[hit]), hit
+    triangle, weights = hits.triangle[hit], hits.weights[hit]
+    return at(tracer.geometry, triangle, weights, place[hit], -directions[hit], reflecting), hit
 
 
 def camera_rays(camera: Camera, subpixels: int = 1, rows: slice | None = None) -> tuple[np.ndarray, np.ndarray]:

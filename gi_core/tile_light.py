@@ -11,6 +11,7 @@ from . import images
 from .direct import lamps, surroundings
 from .receivers import Tile
 from .refine import Goal, refined
+from .rsm.glossy import glossy_light
 from .rsm.interpolation import interpolated_indirect
 from .sampling import Samples
 from .scene import Camera
@@ -20,8 +21,8 @@ from .techniques import Technique
 from .tiles import named
 from .trace import Tracer
 
-# What the stages take of a tile's time, roughly.
-STAGES = {"points": 0.1, "lamps": 0.1, "gather": 0.7, "denoise": 0.1}
+# How long the stages of a tile take beside each other, roughly.
+_STAGES = {"points": 1, "lamps": 1, "gather": 5, "denoise": 1, "gloss": 5}
 
 
 @dataclass(frozen=True)
@@ -42,6 +43,17 @@ class TileLight:
     camera: Camera | None
     share: float
     reused: list[tuple[float, int]] = field(default_factory=list)
+
+    @property
+    def stages(self) -> dict[str, float]:
+        """What each stage takes of a tile's time, roughly."""
+        settings = self.settings
+        absent = {
+            "lamps": not self.direct, "denoise": settings.denoise != "bilateral",
+            "gloss": not getattr(settings, "glossy", False),
+        }  # fmt: skip
+        taken = {name: length for name, length in _STAGES.items() if not absent.get(name)}
+        return {name: length / sum(taken.values()) for name, length in taken.items()}
 
     def on(self, tile: Tile, seen: Callable[[dict[str, np.ndarray]], None] | None = None) -> Iterator:
         """Works a tile out. A generator of (stage, its share); returns layers (h, w, c), see `images.resolved`, with
@@ -71,7 +83,24 @@ class TileLight:
         if self.camera:
             band = tile.bands[0]
             found["Sky"] = images.sky(self.tracer.geometry.scene.environment, self.camera, subpixels, band.rows, place)
+        if self.camera and getattr(settings, "glossy", False):
+            found |= yield from named("gloss", self._gloss(points, tile))
         return found, estimate
+
+    def _gloss(self, points: Surfels, tile: Tile) -> Iterator[float]:
+        """What glossy surfaces reflect to the camera: a generator of progress; returns layers."""
+        settings, rows, subpixels = self.settings, tile.bands[0].rows, tile.bands[0].receiver.subpixels
+        shown = yield from glossy_light(self.tracer, points, self.camera, subpixels, rows, settings)
+        place, shape = shown.surfels.place - rows.start * tile.shape[1], tile.shape
+        noisy = np.concatenate([shown.around, shown.indirect], -1)
+        if settings.denoise == "bilateral":
+            # What a mirror shows has edges that its surface knows nothing of: a filter along it must not reach far.
+            noisy = yield from images.smoothed(noisy, shown.surfels, place, shape, 1)
+        light = {"Glossy Lamps": shown.lamps, "Glossy Around": noisy[:, :3], "Glossy Indirect": noisy[:, 3:]}
+        layers = {k: images.over_color(v, shown.color, place, shape, subpixels) for k, v in light.items()}
+        whole = images.spread(shown.color, place, shape)
+        h, w = (n // subpixels for n in shape)
+        return layers | {"Glossy Color": whole.reshape(h, subpixels, w, subpixels, 3).mean((1, 3))}
 
     def _gathered(self, points: Surfels, seen) -> Iterator[float]:
         """Light of the surroundings and reflected light: a generator; returns the Estimate of both, (n, 2, 3)."""

@@ -71,9 +71,8 @@ def trace_flux(tracer: Tracer, flux_rays: Rays, from_lamps: bool = False) -> Ite
     found: dict[int, Map] = {}
 
     def tile(part: slice):
-        surfels, hit = along_rays(
-            tracer, flux_rays.origin[part], flux_rays.direction[part], np.arange(part.start, part.stop)
-        )
+        origin, direction = flux_rays.origin[part], flux_rays.direction[part]
+        surfels, hit = along_rays(tracer, origin, direction, np.arange(part.start, part.stop), reflecting=True)
         ray = hit + part.start
         arm = surfels.position - flux_rays.origin[ray]
         depth = length(arm)

@@ -46,6 +46,6 @@ def arriving(tracer: Tracer, here: Surfels, bounces: int, seed: int) -> np.ndarr
         u = np.stack([hash01(here.place, seed * 1024 + 8 * bounces + k) for k in (0, 1)], -1)
         direction = cosine_hemisphere(here.normal, u)
         front = np.flatnonzero(dot(direction, here.face) > 0)
-        met, hit = along_rays(tracer, here.origin[front], direction[front], here.place[front])
+        met, hit = along_rays(tracer, here.origin[front], direction[front], here.place[front], reflecting=True)
         irradiance[front[hit]] += met.albedo * arriving(tracer, met, bounces - 1, seed)
     return irradiance
