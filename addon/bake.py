@@ -21,7 +21,6 @@ import bpy
 import numpy as np
 
 from ..gi_core import images
-from ..gi_core.filter import reach
 from ..gi_core.geometry import Geometry
 from ..gi_core.receivers import POINT_BYTES, Receiver, Tile, cut, guides, of_camera, of_texels, of_vertices
 from ..gi_core.refine import Estimate
@@ -290,7 +289,7 @@ def _margin(settings: Settings, camera: Camera | None) -> tuple[int, int]:
     """Rows beyond its own that a tile works out, so that filters find their neighbours, and rows that stay together."""
     subpixels = settings.antialias if camera else 1
     cell = getattr(settings, "interpolation", 1) * subpixels if camera else 1
-    margin = reach(settings.denoise_passes) if settings.denoise == "bilateral" else 0
+    margin = images.reach(settings.denoise_passes) if settings.denoise == "bilateral" else 0
     margin += cell if cell > subpixels else 0
     return -(-margin // cell) * cell, cell
 

@@ -7,10 +7,14 @@ from collections.abc import Iterator
 import numpy as np
 
 from . import environment as beyond
+from .filter import reach as filter_reach
 from .filter import smooth, walls_between
 from .scene import Camera, Environment
 from .surfels import Surfels, camera_rays
 from .trace import Tracer
+
+# Passes of the filter that tell how much of what was taken is noise, around each pixel.
+_NEAR = 2
 
 # Albedo up to which light counts at least, where a pixel's subpixels are weighed by it: black surfaces are lit too.
 _DARK = np.float32(1e-3)
@@ -23,32 +27,50 @@ def spread(values: np.ndarray, place: np.ndarray, shape: tuple[int, int]) -> np.
     return image.reshape(*shape, -1)
 
 
+def reach(passes: int) -> int:
+    """How far light that was `smoothed` depends on its neighbours [subpixels]."""
+    return filter_reach(passes) + filter_reach(_NEAR)
+
+
 def smoothed(
     irradiance: np.ndarray,
     surfels: Surfels,
     place: np.ndarray,
     shape: tuple[int, int],
     passes: int,
+    variance: np.ndarray | None = None,
     tracer: Tracer | None = None,
     island: np.ndarray | None = None,
 ) -> Iterator[float]:
-    """Irradiance of an image's surfels, filtered along surfaces: (n, c) -> (n, c).
+    """Irradiance of an image's surfels, filtered along surfaces: (n, 3 k) -> (n, 3 k).
 
-    place: (n,) of each in an image of `shape`. tracer: finds the walls that the filter must not cross in a lightmap;
-    what one camera sees needs none. island: (h,) number of each row's image, where several stand one above the other.
+    place: (n,) of each in an image of `shape`. variance: (n, 3) of the k parts' sum; where it is known what the filter
+    takes beyond noise is given back. tracer: finds the walls that the filter must not cross in a lightmap; what one
+    camera sees needs none. island: (h,) number of each row's image, where several stand one above the other.
     A generator of progress; returns the values.
     """
-    lit = irradiance.any(0)
-    if not lit.any():
+    lit = np.flatnonzero(irradiance.any(0))
+    if not len(lit):
         return irradiance
-    image, position, normal = (spread(a, place, shape) for a in (irradiance[:, lit], surfels.position, surfels.normal))
+    noisy, position, normal = (spread(a, place, shape) for a in (irradiance[:, lit], surfels.position, surfels.normal))
     walls = None if tracer is None else walls_between(tracer, position, normal)
     if walls is not None and island is not None:
         walls[..., 1] += (island * (shape[0] + 1))[:, None]
-    image = yield from smooth(image, position, normal, passes, walls)
+    image = yield from smooth(noisy, position, normal, passes, walls)
+    if variance is not None:
+        taken = sum((noisy - image)[..., lit % 3 == c].sum(-1) ** 2 for c in range(3))
+        both = np.stack([taken, spread(variance.sum(-1, keepdims=True), place, shape)[..., 0]], -1)
+        taken, noise = np.moveaxis((yield from smooth(both, position, normal, _NEAR, walls)), -1, 0)
+        image += detail(taken, noise)[..., None] * (noisy - image)
     smooth_light = np.zeros_like(irradiance)
     smooth_light[:, lit] = image.reshape(shape[0] * shape[1], -1)[place]
     return smooth_light
+
+
+def detail(taken: np.ndarray, noise: np.ndarray) -> np.ndarray:
+    """Share of what a filter took that was light and not noise: Wiener's filter, from the mean square of what it took
+    and the variance of the noise there, (h, w) each, to 0…1."""
+    return np.clip(1 - np.divide(noise, taken, out=np.ones_like(taken), where=taken > 0), 0, 1)
 
 
 def resolved(

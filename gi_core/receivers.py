@@ -157,7 +157,8 @@ def cut(receivers: list[Receiver], points: int, margin: int, unit: int = 1) -> l
             stack.append(Band(receiver, rows, rows))
             count += whole
             continue
-        own = max(1, (points // receiver.width - 2 * margin) // unit) * unit
+        # Never so few rows that most of the work goes into their margins.
+        own = -(-max(2 * margin, points // receiver.width - 2 * margin, 1) // unit) * unit
         for kept in tiles.slices(receiver.height, own):
             rows = slice(max(0, kept.start - margin), min(receiver.height, kept.stop + margin))
             done.append(Tile((Band(receiver, rows, kept),)))

@@ -19,7 +19,7 @@ from .sampling import Samples
 _PASS = 16
 
 # Fewer samples are not worth a pass of their own.
-_LEAST = 4
+_LEAST = 2
 
 # Samples to which the near field is fitted at the most. Fitted to more it becomes so small that single lights are
 # noisy: on `cornell` 256 samples have 1.5 times the error.
@@ -60,12 +60,21 @@ class Goal:
 
 @dataclass(frozen=True)
 class Estimate:
-    """values: (n, k, 3) float32 mean over all samples. samples: how many. noise: relMSE that the mean has left, or NaN
-    after a single pass."""
+    """values: (n, k, 3) float32 mean over all samples. samples: how many. variance: (n, 3) float32 of the mean, its
+    parts added up, None after a single pass."""
 
     values: np.ndarray
     samples: int
-    noise: float
+    variance: np.ndarray | None
+
+    @property
+    def noise(self) -> float:
+        """relMSE that the mean has left, NaN after a single pass."""
+        if self.variance is None:
+            return float("nan")
+        # E/π is what errors are measured on.
+        light = self.values.sum(1) ** 2 + np.float32(_DARK * np.pi**2)
+        return float(np.mean(self.variance / light, dtype=np.float64))
 
 
 def refined(
@@ -85,19 +94,17 @@ def refined(
         square = values.sum(1) ** 2 * count
         squares = square if squares is None else squares + square
         done, passes = done + samples.count, passes + 1
-        noise = _noise(total.sum(1), squares, done, passes)
         if seen:
             seen(total / np.float32(done))
-        if (goal.noise and noise <= goal.noise) or (goal.seconds and time.perf_counter() - begin >= goal.seconds):
+        estimate = Estimate(total / np.float32(done), done, _variance(total.sum(1), squares, done, passes))
+        calm, late = estimate.noise <= goal.noise, time.perf_counter() - begin >= goal.seconds
+        if (goal.noise and calm) or (goal.seconds and late):
             break
-    return Estimate(total / np.float32(done), done, noise)
+    return estimate
 
 
-def _noise(total: np.ndarray, squares: np.ndarray, samples: int, passes: int) -> float:
-    """relMSE of the mean by the spread of the passes' means about it, each weighed by its samples."""
+def _variance(total: np.ndarray, squares: np.ndarray, samples: int, passes: int) -> np.ndarray | None:
+    """Of the mean, by the spread of the passes' means about it, each weighed by its samples."""
     if passes < 2:
-        return float("nan")
-    mean = total / np.float32(samples)
-    variance = np.maximum(squares - total * mean, 0) / ((passes - 1) * samples)
-    # E/π is what errors are measured on.
-    return float(np.mean(variance / (mean**2 + np.float32(_DARK * np.pi**2)), dtype=np.float64))
+        return None
+    return np.maximum(squares - total * (total / np.float32(samples)), 0) / np.float32((passes - 1) * samples)

@@ -10,7 +10,7 @@ import numpy as np
 from . import images
 from .direct import lamps, surroundings
 from .receivers import Tile
-from .refine import Goal, refined
+from .refine import Estimate, Goal, refined
 from .rsm.glossy import glossy_light
 from .rsm.interpolation import interpolated_indirect
 from .sampling import Samples
@@ -77,7 +77,7 @@ class TileLight:
         estimate = yield from named("gather", self._gathered(points, show if seen else None))
         values = estimate.values
         if settings.denoise == "bilateral" and tile.bands[0].receiver.is_image:
-            values = yield from named("denoise", self._smoothed(values, points, place, tile))
+            values = yield from named("denoise", self._smoothed(estimate, points, place, tile))
         found = layers({"Lamps": direct, "Around": values[:, 0], "Indirect": values[:, 1]})
         found["Centred"] = images.spread(centred[:, None], place, shape)[::subpixels, ::subpixels]
         if self.camera:
@@ -131,11 +131,11 @@ class TileLight:
         self.reused.append((share * len(points), len(points)))
         return irradiance
 
-    def _smoothed(self, values: np.ndarray, points: Surfels, place: np.ndarray, tile: Tile) -> Iterator[float]:
+    def _smoothed(self, estimate: Estimate, points: Surfels, place: np.ndarray, tile: Tile) -> Iterator[float]:
+        """The estimate's values without their noise: a generator of progress; returns (n, 2, 3)."""
         # A lightmap goes on under walls; what a camera sees does not.
         walls = self.tracer if self.camera is None else None
         island = np.repeat(np.arange(len(tile.bands)), [band.height for band in tile.bands])
-        passes = self.settings.denoise_passes
-        flat = values.reshape(len(values), 6)
-        smooth = yield from images.smoothed(flat, points, place, tile.shape, passes, walls, island)
-        return smooth.reshape(values.shape)
+        flat, passes = estimate.values.reshape(len(points), 6), self.settings.denoise_passes
+        smooth = yield from images.smoothed(flat, points, place, tile.shape, passes, estimate.variance, walls, island)
+        return smooth.reshape(estimate.values.shape)
