@@ -20,9 +20,10 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..gi_core import images, rsm, surfels
+from ..gi_core import images, lpv, rsm, surfels
 from ..gi_core.direct import lamps, surroundings
 from ..gi_core.geometry import Geometry
+from ..gi_core.lpv.settings import LpvSettings
 from ..gi_core.rsm.interpolation import interpolated_indirect
 from ..gi_core.rsm.settings import RsmSettings
 from ..gi_core.scene import Camera
@@ -32,7 +33,10 @@ from ..gi_core.trace import Tracer
 from . import denoise, preflight
 from .read import read_scene
 
-METHODS = {"rsm": RsmSettings}
+METHODS = {"rsm": RsmSettings, "lpv": LpvSettings}
+
+# What has the `emit` and the `indirect` of each.
+_TECHNIQUES = {"rsm": rsm, "lpv": lpv}
 TARGETS = ("image", "lightmap", "vertices")
 
 # Side of a lightmap where none is asked for [texels].
@@ -186,7 +190,7 @@ def bake(
     points = Surfels.concatenate([r.points for r in receivers])
     direct_light = yield from stages.run("lamps", lamps(tracer, points, settings.light_samples, settings.seed))
     around = yield from stages.run("surroundings", surroundings(tracer, points, settings.samples, settings.seed))
-    lighting = yield from stages.run("maps", rsm.emit(tracer, points, settings))
+    lighting = yield from stages.run("maps", _TECHNIQUES[job.method].emit(tracer, points, settings))
     gathering = _gathered(tracer, points, lighting, settings, job)
     indirect_light, notes = yield from stages.run("gather", gathering)
     if settings.denoise != "none":
@@ -242,10 +246,10 @@ def _per_point(job: Job) -> Settings:
     return replace(settings, samples=-(-settings.samples // share), light_samples=-(-settings.light_samples // share))
 
 
-def _gathered(tracer: Tracer, points: Surfels, lighting: rsm.Lighting, settings: Settings, job: Job) -> Iterator[float]:
+def _gathered(tracer: Tracer, points: Surfels, lighting, settings: Settings, job: Job) -> Iterator[float]:
     """Reflected light at all points: a generator of progress; returns (n, 3) irradiance and sentences about it."""
-    if job.target != "image" or settings.interpolation == 1:
-        return (yield from rsm.indirect(tracer, points, lighting, settings)), []
+    if job.method != "rsm" or job.target != "image" or settings.interpolation == 1:
+        return (yield from _TECHNIQUES[job.method].indirect(tracer, points, lighting, settings)), []
     camera = _camera(tracer.geometry.scene.camera, job.resolution)
     irradiance, share = yield from interpolated_indirect(tracer, points, lighting, settings, camera, settings.antialias)
     return irradiance, [f"interpolation: {share:.1%} of the image's points reuse their neighbours' light"]

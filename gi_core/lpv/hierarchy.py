@@ -1,0 +1,133 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The hierarchical wave front: light travels in straight lines, over coarser cells the further it has come.
+
+From neighbour to neighbour two bands forget within a few cells where light was going, and what was a lobe becomes a
+cloud. Here a cell's light goes straight to every cell within `reach` cells, by Lambert's law and the inverse square;
+what goes further starts from the cells of a grid twice as coarse, which hold the sum of all in them. Flux is kept, and
+a cell is as small as its light is near. It is the tree of Barnes & Hut (1986), with shadow rays.
+
+Each cascade so holds all light by itself, near and far, and only in those of its cells that are looked at.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from .. import sh, tiles
+from ..kernels.lpv_inject import summed
+from ..kernels.lpv_transfer import beam, sharpened
+from ..trace import Tracer
+from ..vectors import dot, lit
+from ..vpls import Vpls
+from .grid import Grid, levels
+from .injection import STARTS, Sources, sources
+from .settings import LpvSettings
+from .volume import Level
+
+BANDS = 3
+
+# Pairs of cells worked on at once by a thread.
+_PAIRS = 1 << 15
+
+# Share of a radius over which light goes from one grid to the next.
+_SEAM = 0.25
+
+
+def propagated(
+    tracer: Tracer, vpls: Vpls, grids: list[Grid], wanted: list[np.ndarray], settings: LpvSettings
+) -> Iterator[float]:
+    """The light of virtual lights in the cells of cascades that are wanted. A generator; returns a list of Levels.
+
+    wanted: for each grid, places in C order of the cells that will be looked at; the others stay black.
+    """
+    every = levels(grids, settings.cascade_ratio)
+    radius = [settings.reach * g.cell for g in every[:-1]] + [np.inf]
+    literal = settings.injection == "literal"
+    lights = []
+    for k, grid in enumerate(every):
+        # Cells at a cascade's border are lit from beyond it.
+        margin = settings.reach * (1 + _SEAM) + 1 if k < len(grids) else 0
+        lights.append(sources(vpls, grid, settings.injection_bias, literal, margin))
+    casting = tracer if settings.visibility else None
+    found = []
+    for k, grid in enumerate(grids):
+        out = np.zeros((len(wanted[k]), BANDS**2, 3), np.float32)
+        for j in range(k, len(every)):
+            yield from _arriving(casting, lights[j], grid, wanted[k], radius[j - 1] if j > k else 0, radius[j], out)
+        irradiance = np.zeros((grid.size, BANDS**2, 3), np.float32)
+        irradiance[wanted[k]] = out
+        found.append(Level(grid, irradiance))
+    return found
+
+
+def _window(r: np.ndarray, inner: float, outer: float) -> np.ndarray:
+    """1 between two distances, 0 beyond, 1 in sum over all pairs of neighbouring distances: (p,) -> (p,) float32."""
+
+    def beyond(limit):
+        if limit in (0, np.inf):
+            return np.float32(limit == 0)
+        t = np.clip((r / np.float32(limit) - (1 - _SEAM)) / (2 * _SEAM), 0, 1)
+        return t * t * (3 - 2 * t)
+
+    return beyond(inner) - beyond(outer)
+
+
+def _offsets(inner: float, outer: float) -> np.ndarray:
+    """Steps from the cell of a source to all cells whose middles lie between two distances from it [cells]: (m, 3)."""
+    n = int(np.ceil(outer * (1 + _SEAM) + 1))
+    step = np.stack(np.meshgrid(*[np.arange(-n, n + 1)] * 3, indexing="ij"), -1).reshape(-1, 3)
+    r = np.sqrt((step * step).sum(-1))
+    # A source may lie anywhere in its cell: half the diagonal from the middle.
+    return step[(r <= outer * (1 + _SEAM) + 0.87) & (r >= inner * (1 - _SEAM) - 0.87)].astype(np.int32)
+
+
+def _arriving(tracer, lights: Sources, grid: Grid, wanted, inner: float, outer: float, out) -> Iterator[float]:
+    """Adds what comes to the wanted cells from sources between two distances [m] to out, (n, 9, 3) float32 coefficients
+    of irradiance [W/m²]. A generator of progress."""
+    if not len(lights) or not len(wanted):
+        return
+    vector, rest = sharpened(lights.coefficients)
+    cells = np.stack(np.unravel_index(wanted, grid.shape), -1).astype(np.int32)
+    middles = grid.centres(cells)
+    cell = np.floor(grid.local(lights.centre)).astype(np.int32)
+    slot = np.full(grid.size, -1, np.int32)
+    slot[wanted] = np.arange(len(wanted))
+    offsets = _offsets(inner / grid.cell, outer / grid.cell) if outer / grid.cell < 0.4 * max(grid.shape) else None
+
+    def pairs(part: slice, rows: np.ndarray):
+        """Sources and wanted cells of a part between which light may go: (p,), (p,)."""
+        if offsets is None:
+            return np.repeat(rows, part.stop - part.start), np.tile(np.arange(part.start, part.stop), len(rows))
+        there = cell[rows][:, None] + offsets
+        inside = np.flatnonzero(grid.inside(there))
+        row, place = rows[inside // len(offsets)], slot[grid.flat(there.reshape(-1, 3)[inside])]
+        own = (place >= part.start) & (place < part.stop)
+        return row[own], place[own]
+
+    def tile(part: slice):
+        rows = np.arange(len(lights))
+        if offsets is not None:
+            first, last = cells[part.start, 0], cells[part.stop - 1, 0]
+            n = np.abs(offsets).max()
+            rows = rows[(cell[:, 0] >= first - n) & (cell[:, 0] <= last + n)]
+        columns = part.stop - part.start if offsets is None else len(offsets)
+        for chunk in tiles.slices(len(rows), _PAIRS // columns):
+            row, place = pairs(part, rows[chunk])
+            d = middles[place] - lights.centre[row]
+            r2 = dot(d, d)
+            window = _window(np.sqrt(r2), inner, outer)
+            near = np.flatnonzero(window)
+            row, place, r2, window = row[near], place[near], r2[near], window[near]
+            direction = d[near] / np.sqrt(np.maximum(r2, 1e-20))[:, None]
+            arrives = beam(vector, rest, row, direction, r2, grid.cell) * window[:, None]
+            live = np.flatnonzero(lit(arrives))
+            row, arrives, direction, place = row[live], arrives[live], direction[live], place[live]
+            if tracer is not None:
+                start = lights.starts[row, (place * 7 + row * 3) % STARTS]
+                seen = np.flatnonzero(tracer.connected(start, middles[place]))
+                arrives, direction, place = arrives[seen], direction[seen], place[seen]
+            lobe = sh.cosine_lobe(-direction, BANDS)
+            out[part] += summed(place - part.start, lobe[:, :, None] * arrives[:, None, :], part.stop - part.start)
+
+    yield from tiles.run(tile, tiles.slices(len(wanted), 2048))
