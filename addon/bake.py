@@ -37,7 +37,7 @@ METHODS = {"rsm": RsmSettings, "lpv": LpvSettings}
 
 # What has the `emit` and the `indirect` of each.
 _TECHNIQUES = {"rsm": rsm, "lpv": lpv}
-TARGETS = ("image", "lightmap", "vertices")
+TARGETS = ("image", "lightmap", "vertices", "volume")
 
 # Side of a lightmap where none is asked for [texels].
 LIGHTMAP_SIDE = 256
@@ -91,6 +91,8 @@ class Job:
             raise NotThere(f"the method '{self.method}' is not there yet; there is {', '.join(METHODS)}")
         if self.target not in TARGETS:
             raise NotThere(f"the target '{self.target}' is not there yet; there are {', '.join(TARGETS)}")
+        if self.target == "volume" and self.method != "lpv":
+            raise NotThere("only the method 'lpv' makes a volume: add --method lpv")
         if self.settings.device == "gpu":
             raise NotThere("baking on the graphics card is not there yet; use device auto or cpu")
         if self.resolution is not None and not 4 <= self.resolution <= 16384:
@@ -118,6 +120,7 @@ class Result:
 
     layers: pass name -> (h, w, c) float32 of the camera image, else empty.
     light: object name -> Light of lightmaps or vertices, else empty.
+    volume: the reflected light everywhere, of the target "volume".
     device: what computed. stages: name -> seconds, in order.
     approximated, warnings: sentences.
     """
@@ -129,6 +132,7 @@ class Result:
     stages: dict[str, float]
     approximated: tuple[str, ...]
     warnings: tuple[str, ...]
+    volume: lpv.Volume | None = None
 
 
 class Stages:
@@ -184,6 +188,10 @@ def bake(
         core = read_scene(scene, view_layer)
     with stages.time("trees"):
         tracer = Tracer(Geometry(core))
+    if job.target == "volume":
+        volume = yield from stages.run("maps", lpv.emit(tracer, None, job.settings))
+        notes = tuple(f"{f.code}: {f.message}" for f in findings)
+        return Result(job, {}, {}, "cpu", stages.seconds, core.approximated, notes, volume)
     receivers = yield from stages.run("points", _receivers(tracer, job))
 
     settings = _per_point(job)

@@ -177,13 +177,15 @@ def _baked(
     file = _save_file(arguments, output)
     if job.target == "vertices" and arguments.command == "bake" and file is None:
         raise UsageError("light at vertices is kept in the .blend: add --save, or --save FILE")
+    if job.target == "volume" and arguments.command == "compare":
+        raise UsageError("Cycles has no volume of light to compare with: compare --target image")
     begin = time.perf_counter()
     result = _followed(bake(scene, view_layer, job, output))
 
     written = time.perf_counter()
     outputs = [str(p) for p in export(result, output, view_layer.name)]
     if file is not None:
-        store(result, scene)
+        store(result, scene, output)
         bpy.ops.wm.save_as_mainfile(filepath=str(file.resolve()), copy=True, compress=True, relative_remap=True)
         outputs.append(str(file))
     stages = {**result.stages, "write": time.perf_counter() - written}

@@ -15,7 +15,15 @@ Y0 = np.float32(0.5 / np.sqrt(np.pi))
 _Y1 = np.float32(np.sqrt(3 / (4 * np.pi)))
 _Y2 = np.sqrt(15 / (4 * np.pi)) * np.array([1, -1, 1 / np.sqrt(12), -1, 0.5], np.float32)
 
-# What the clamped cosine keeps of each coefficient (Ramamoorthi & Hanrahan 2001): π, 2π/3, π/4 by band.
+# Each harmonic as a factor times a sum of weighted products, for who builds them of nodes or in a shader.
+FACTORS = np.array([Y0, -_Y1, _Y1, -_Y1, *_Y2], np.float32)
+POLYNOMIALS = (
+    ((1, ""),), ((1, "y"),), ((1, "z"),), ((1, "x"),),
+    ((1, "xy"),), ((1, "yz"),), ((3, "zz"), (-1, "")), ((1, "xz"),), ((1, "xx"), (-1, "yy")),
+)  # fmt: skip
+
+# What the clamped cosine keeps of each coefficient (Ramamoorthi & Hanrahan 2001): π, 2π/3, π/4 by band. The last is
+# π/5 here: three bands then bring of a single beam exactly what it carries, where π/4 overshoots by a sixteenth.
 COSINE = np.repeat(np.float32([np.pi, 2 * np.pi / 3, np.pi / 5]), (1, 3, 5))
 
 

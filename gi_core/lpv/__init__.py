@@ -29,9 +29,11 @@ from .volume import Level, Volume
 __all__ = ["Level", "LpvSettings", "Volume", "emit", "indirect", "injected", "propagate"]
 
 
-def emit(tracer: Tracer, receivers: Surfels, settings: LpvSettings) -> Iterator[float]:
-    """The volume of a scene. receivers: the points that will be lit, around which the finer cascades lie.
+def emit(tracer: Tracer, receivers: Surfels | None, settings: LpvSettings) -> Iterator[float]:
+    """The volume of a scene.
 
+    receivers: the points that will be lit: the finer cascades lie around them, and cells that they do not look at may
+        stay black; None for all cells.
     A generator of progress; returns a Volume.
     """
     lights = yield from injected(tracer, settings)
@@ -60,14 +62,14 @@ def injected(tracer: Tracer, settings: LpvSettings) -> Iterator[float]:
     return Vpls.concatenate(every)
 
 
-def propagate(tracer: Tracer, lights: Vpls, receivers: Surfels, settings: LpvSettings) -> Iterator[float]:
+def propagate(tracer: Tracer, lights: Vpls, receivers: Surfels | None, settings: LpvSettings) -> Iterator[float]:
     """Lights into the grids and through them. A generator of progress; returns a Volume."""
     if not len(lights):
         return Volume(())
     camera = tracer.geometry.scene.camera
     eye = None if camera is None else camera.matrix[:3, 3]
-    grids = placed(tracer.geometry.bounds, eye, receivers.position, settings)
+    grids = placed(tracer.geometry.bounds, eye, None if receivers is None else receivers.position, settings)
     if settings.propagation == "flat":
         return Volume(tuple((yield from flat.propagated(tracer.geometry, lights, grids, settings))))
-    wanted = [around(grid, receivers.origin) for grid in grids]
+    wanted = [np.arange(g.size) if receivers is None else around(g, receivers.origin) for g in grids]
     return Volume(tuple((yield from hierarchy.propagated(tracer, lights, grids, wanted, settings))))

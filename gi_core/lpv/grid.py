@@ -97,10 +97,12 @@ def levels(grids: list[Grid], ratio: int) -> list[Grid]:
     return every
 
 
-def placed(bounds: np.ndarray, camera: np.ndarray | None, receivers: np.ndarray, settings: LpvSettings) -> list[Grid]:
+def placed(
+    bounds: np.ndarray, camera: np.ndarray | None, receivers: np.ndarray | None, settings: LpvSettings
+) -> list[Grid]:
     """The cascades of a scene, finest first.
 
-    bounds: (2, 3) its corners; camera: (3,) where it stands, None without one; receivers: (n, 3) points to light [m].
+    bounds: (2, 3) its corners; camera: (3,) where it stands; receivers: (n, 3) points to light [m]; None without.
     Raises SettingError where the settings' box is none.
     """
     low, high = box(settings.box) if settings.box else bounds
@@ -108,7 +110,7 @@ def placed(bounds: np.ndarray, camera: np.ndarray | None, receivers: np.ndarray,
     center = (outer.low + outer.high) / 2
     if settings.center == "camera" and camera is not None:
         center = camera
-    elif settings.center == "receivers" and len(receivers):
+    elif settings.center == "receivers" and receivers is not None and len(receivers):
         center = np.median(receivers, 0)
     return cascades(outer, settings.cells, settings.cascades, settings.cascade_ratio, center)
 

@@ -30,6 +30,9 @@ BANDS = 3
 # Pairs of cells worked on at once by a thread.
 _PAIRS = 1 << 15
 
+# Steps from a source that are listed; beyond, all cells are looked at.
+_STEPS = 32
+
 # Share of a radius over which light goes from one grid to the next.
 _SEAM = 0.25
 
@@ -73,13 +76,13 @@ def _window(r: np.ndarray, inner: float, outer: float) -> np.ndarray:
     return beyond(inner) - beyond(outer)
 
 
-def _offsets(inner: float, outer: float) -> np.ndarray:
-    """Steps from the cell of a source to all cells whose middles lie between two distances from it [cells]: (m, 3)."""
-    n = int(np.ceil(outer * (1 + _SEAM) + 1))
+def _offsets(inner: float, outer: float, n: int) -> np.ndarray:
+    """Steps, none longer than n along an axis, from the cell of a source to all whose middles lie between two distances
+    from it [cells]: (m, 3)."""
     step = np.stack(np.meshgrid(*[np.arange(-n, n + 1)] * 3, indexing="ij"), -1).reshape(-1, 3)
     r = np.sqrt((step * step).sum(-1))
     # A source may lie anywhere in its cell: half the diagonal from the middle.
-    return step[(r <= outer * (1 + _SEAM) + 0.87) & (r >= inner * (1 - _SEAM) - 0.87)].astype(np.int32)
+    return step[(r <= outer * (1 + _SEAM) + 0.87) & (r >= inner * (1 - _SEAM) - 0.87)]
 
 
 def _arriving(tracer, lights: Sources, grid: Grid, wanted, inner: float, outer: float, out) -> Iterator[float]:
@@ -90,27 +93,29 @@ def _arriving(tracer, lights: Sources, grid: Grid, wanted, inner: float, outer: 
     vector, rest = sharpened(lights.coefficients)
     cells = np.stack(np.unravel_index(wanted, grid.shape), -1).astype(np.int32)
     middles = grid.centres(cells)
-    cell = np.floor(grid.local(lights.centre)).astype(np.int32)
-    slot = np.full(grid.size, -1, np.int32)
-    slot[wanted] = np.arange(len(wanted))
-    offsets = _offsets(inner / grid.cell, outer / grid.cell) if outer / grid.cell < 0.4 * max(grid.shape) else None
+    base = np.floor(grid.local(lights.centre)).astype(np.int32)
+    offsets, n = None, int(np.ceil(outer / grid.cell * (1 + _SEAM) + 1)) if outer < np.inf else _STEPS + 1
+    if n <= _STEPS:
+        offsets = _offsets(inner / grid.cell, outer / grid.cell, n)
+        # Which row a cell has, with room for steps that leave the grid: no step has to be looked at for that.
+        room = Grid(grid.low - 2 * n * grid.cell, grid.cell, tuple(m + 4 * n for m in grid.shape))
+        slot = np.full(room.size, -1, np.int32)
+        slot[room.flat(cells + 2 * n)] = np.arange(len(wanted))
+        base, offsets = base + 2 * n, room.flat(offsets).astype(np.int32)
 
     def pairs(part: slice, rows: np.ndarray):
         """Sources and wanted cells of a part between which light may go: (p,), (p,)."""
         if offsets is None:
             return np.repeat(rows, part.stop - part.start), np.tile(np.arange(part.start, part.stop), len(rows))
-        there = cell[rows][:, None] + offsets
-        inside = np.flatnonzero(grid.inside(there))
-        row, place = rows[inside // len(offsets)], slot[grid.flat(there.reshape(-1, 3)[inside])]
-        own = (place >= part.start) & (place < part.stop)
-        return row[own], place[own]
+        place = slot[(room.flat(base[rows])[:, None] + offsets).ravel()]
+        own = np.flatnonzero((place >= part.start) & (place < part.stop))
+        return rows[own // len(offsets)], place[own]
 
     def tile(part: slice):
         rows = np.arange(len(lights))
         if offsets is not None:
-            first, last = cells[part.start, 0], cells[part.stop - 1, 0]
-            n = np.abs(offsets).max()
-            rows = rows[(cell[:, 0] >= first - n) & (cell[:, 0] <= last + n)]
+            low, high = cells[part].min(0) + n, cells[part].max(0) + 3 * n
+            rows = np.flatnonzero(np.all((base >= low) & (base <= high), -1))
         columns = part.stop - part.start if offsets is None else len(offsets)
         for chunk in tiles.slices(len(rows), _PAIRS // columns):
             row, place = pairs(part, rows[chunk])

@@ -15,7 +15,7 @@ from .grid import Grid
 STARTS = 4
 
 # Lights of equal brightness that those points are taken from.
-_DRAWN = 1 << 17
+_DRAWN = 1 << 16
 
 
 @dataclass(frozen=True)

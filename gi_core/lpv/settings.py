@@ -44,7 +44,7 @@ class LpvSettings(Settings):
         choices=("hierarchical", "flat"),
     )
     reach: float = setting(
-        3.0, "Hierarchical: after how many cells light moves on to a coarser grid", low=2.0, high=8.0, unit="cells"
+        4.0, "Hierarchical: after how many cells light moves on to a coarser grid", low=2.0, high=8.0, unit="cells"
     )
     visibility: bool = setting(
         True, "Hierarchical: rays from cell to cell, and from cells to what they light; without them light leaks"
@@ -88,5 +88,6 @@ class LpvSettings(Settings):
         0.0, "Width in which light fades out towards the border of the largest cascade",
         low=0.0, high=32.0, unit="cells",
     )  # fmt: skip
+    half: bool = setting(True, "The volume's file: 16 bits for each value, which is enough for light; else 32")
     blend: float = setting(2.0, "Width in which a cascade goes over into the next larger one", low=0.0, high=8.0,
                            unit="cells")  # fmt: skip

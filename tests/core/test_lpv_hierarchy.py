@@ -51,7 +51,7 @@ def test_before_an_emitting_wall():
     heights = np.array([1, 2, 4, 6, 8, 12, 16, 24, 32])
     before = np.column_stack([np.full((9, 2), 36.0), 20 + heights])
     both = look(wall, [grid], np.tile(before, (2, 1)), np.repeat([[0, 0, -1], [0, 0, 1]], 9, 0))[:, 0]
-    assert np.allclose(both[:9], form_factor(20, heights), rtol=0.06)
+    assert np.allclose(both[:9], form_factor(20, heights), rtol=0.07)
     assert both[9:].max() < 0.025, "a surface that looks away stays dark"
 
 

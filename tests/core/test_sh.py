@@ -59,3 +59,10 @@ def test_affine_is_the_same_function():
     direct = u + sum(direction[:, k, None] * v[k] for k in range(3))
     assert np.allclose(direct, sh.evaluate(coefficients, direction), atol=1e-6)
     assert np.allclose(sh.from_affine(sh.affine(coefficients)), coefficients, atol=1e-6)
+
+
+def test_polynomials_are_the_basis():
+    n = dict(zip("xyz", DIRECTIONS.T))
+    for k, terms in enumerate(sh.POLYNOMIALS):
+        value = sum(w * np.prod([n[a] for a in axes], 0) for w, axes in terms)
+        assert np.allclose(sh.FACTORS[k] * value, sh.basis(DIRECTIONS, 3)[:, k], atol=1e-5)
