@@ -112,9 +112,19 @@ def test_light_moved_by_whole_cells_moves_the_grid():
 
 def test_iterations_end_when_the_front_is_spent():
     start = sh.affine(one_cell(17, UP))
-    by_share = list(flat.spread(start, replace(FLAT, iterations=0, front_share=0.5)))
-    by_less = list(flat.spread(start, replace(FLAT, iterations=0, front_share=0.1)))
-    assert 1 < len(by_share) < len(by_less) < 256
+    totals = [
+        tiles.finish(flat.spread(start, replace(FLAT, iterations=0, front_share=share)))[0].sum()
+        for share in (0.5, 0.1, 0.01)
+    ]
+    assert totals[0] < totals[1] < totals[2]
+    assert np.isclose(totals[2], tiles.finish(flat.spread(start, replace(FLAT, iterations=256)))[0].sum(), rtol=0.05)
+
+
+def test_tiles_do_not_show(monkeypatch):
+    start = one_cell(13, sh.cosine_lobe(np.float32([0.48, -0.6, 0.64])))
+    whole = spread(start, iterations=5)
+    monkeypatch.setattr(flat, "_LAYERS", 3)
+    assert np.array_equal(whole, spread(start, iterations=5))
 
 
 def test_damping():
