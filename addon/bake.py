@@ -32,6 +32,7 @@ from ..gi_core.surfels import Surfels
 from ..gi_core.trace import Tracer
 from . import denoise, preflight
 from .read import read_scene
+from .read.box import box_corners
 
 METHODS = {"rsm": RsmSettings, "lpv": LpvSettings}
 
@@ -184,6 +185,8 @@ def bake(
         raise Refused(findings)
 
     yield 0.0, "read"
+    if job.method == "lpv" and job.settings.box:
+        job = replace(job, settings=replace(job.settings, box=box_corners(job.settings.box, scene)))
     with stages.time("read"):
         core = read_scene(scene, view_layer)
     with stages.time("trees"):

@@ -20,6 +20,7 @@ from pathlib import Path
 
 import bpy
 
+from ..gi_core.lpv.grid import memory
 from ..gi_core.settings import SettingError, updated
 from . import preflight
 from .bake import METHODS, Job, NotThere, Refused, Result, bake
@@ -145,7 +146,8 @@ def _check(arguments: argparse.Namespace, path: Path | None) -> dict:
     )  # fmt: skip
     if any(f.severity == "ERROR" for f in findings):
         raise Refused(findings)
-    return {"findings": [asdict(f) for f in findings]}
+    volume = memory(job.settings) if job.method == "lpv" else None
+    return {"findings": [asdict(f) for f in findings], "volume_bytes": volume}
 
 
 def _bake(arguments: argparse.Namespace, path: Path | None) -> dict:
@@ -292,7 +294,9 @@ def _finding(finding: dict) -> str:
 def _table(answer: dict) -> str:
     """What a person reads: stages and seconds, outputs, errors."""
     if "findings" in answer:
-        return "".join(_finding(f) for f in answer["findings"]) or "ready to bake\n"
+        size = answer["volume_bytes"]
+        volume = f"the volume takes at most {size / 2**20:.0f} MB\n" if size else ""
+        return ("".join(_finding(f) for f in answer["findings"]) or "ready to bake\n") + volume
     lines = [f"{answer['method']} {answer['target']} on {answer['device']}"]
     lines += [f"  {stage:<10}{seconds:8.2f} s" for stage, seconds in answer["stages"].items()]
     lines += [f"  {'bake':<10}{answer['seconds']:8.2f} s"]

@@ -26,7 +26,10 @@ class LpvSettings(Settings):
         choices=("receivers", "camera", "middle"),
     )
     box: str = setting(
-        "", "Corners of the box that the largest cascade holds, as 'x y z x y z'; empty for the whole scene", unit="m"
+        "",
+        "Corners of the box that the largest cascade holds, as 'x y z x y z', or the name of an object, such as an "
+        "empty, that is as large; nothing for the whole scene",
+        unit="m",
     )
     injection: str = setting(
         "lobe",
