@@ -129,9 +129,8 @@ def _arriving(tracer, lights: Sources, grid: Grid, wanted, inner: float, outer: 
             live = np.flatnonzero(lit(arrives))
             row, arrives, direction, place = row[live], arrives[live], direction[live], place[live]
             if tracer is not None:
-                start = lights.starts[row, (place * 7 + row * 3) % STARTS]
-                seen = np.flatnonzero(tracer.connected(start, middles[place]))
-                arrives, direction, place = arrives[seen], direction[seen], place[seen]
+                seen = sum(tracer.connected(lights.starts[row, k], middles[place]) for k in range(STARTS))
+                arrives *= (seen * np.float32(1 / STARTS))[:, None]
             lobe = sh.cosine_lobe(-direction, BANDS)
             out[part] += summed(place - part.start, lobe[:, :, None] * arrives[:, None, :], part.stop - part.start)
 
