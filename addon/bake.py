@@ -20,7 +20,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..gi_core import images
+from ..gi_core import images, lpv
 from ..gi_core.geometry import Geometry
 from ..gi_core.receivers import POINT_BYTES, Receiver, Tile, cut, guides, of_camera, of_texels, of_vertices
 from ..gi_core.refine import Estimate
@@ -32,9 +32,10 @@ from ..gi_core.tile_light import TileLight
 from ..gi_core.tiles import named
 from ..gi_core.trace import Tracer
 from . import denoise, preflight
+from .read.box import box_corners
 from .read.images import ImageReader
 
-TARGETS = ("image", "lightmap", "vertices")
+TARGETS = ("image", "lightmap", "vertices", "volume")
 
 # Side of a lightmap where none is asked for [texels].
 LIGHTMAP_SIDE = 256
@@ -82,6 +83,8 @@ class Job:
             raise NotThere(f"the method '{self.method}' is not there yet; there is {', '.join(METHODS)}")
         if self.target not in TARGETS:
             raise NotThere(f"the target '{self.target}' is not there yet; there are {', '.join(TARGETS)}")
+        if self.target == "volume" and self.method != "lpv":
+            raise NotThere("only the method 'lpv' makes a volume: add --method lpv")
         if self.settings.device == "gpu":
             raise NotThere("baking on the graphics card is not there yet; use device auto or cpu")
         if self.resolution is not None and not 4 <= self.resolution <= 16384:
@@ -127,6 +130,7 @@ class Result:
 
     layers: pass name -> (h, w, c) float32 of the camera image, else empty.
     light: object name -> Light of lightmaps or vertices, else empty.
+    volume: the reflected light everywhere, of the target "volume".
     device: what computed. stages: name -> seconds, in order.
     approximated, warnings: sentences.
     """
@@ -138,6 +142,7 @@ class Result:
     stages: dict[str, float]
     approximated: tuple[str, ...]
     warnings: tuple[str, ...]
+    volume: lpv.Volume | None = None
 
 
 class Stages:
@@ -211,7 +216,15 @@ def bake(
     with stages.time("trees"):
         tracer = Tracer(Geometry(core))
 
+    if getattr(job.settings, "box", ""):
+        job = replace(job, settings=replace(job.settings, box=box_corners(job.settings.box, scene)))
     settings, technique = _per_point(job), METHODS[job.method]
+    if job.target == "volume":
+        work = named("maps", technique.emit(tracer, None, settings))
+        volume = yield from stages.follow(work, 0, 1, {"maps": 1.0})
+        notes = tuple(f"{f.code}: {f.message}" for f in findings)
+        return Result(job, {}, {}, "cpu", stages.seconds, core.approximated, notes, volume)
+
     camera = _camera(core.camera, job.resolution) if job.target == "image" else None
     receivers = _receivers(tracer, job, camera)
     emitted = None
@@ -236,7 +249,7 @@ def bake(
         for receiver, rows, kept in tile.kept():
             _put(canvases[receiver.name], found, names, receiver, rows, kept)
     if settings.denoise == "oidn" and job.target != "vertices":
-        yield from stages.follow(named("denoise", _oidn(canvases)), 1, 0, {})
+        yield from stages.follow(named("denoise", _oidn(canvases, technique.noisy(settings))), 1, 0, {})
 
     with stages.time("layers"):
         for canvas in canvases.values():
@@ -330,10 +343,11 @@ def _put(
         canvas[name][_pixels(kept, receiver)] = layer[_pixels(rows, receiver)]
 
 
-def _oidn(canvases: dict[str, dict[str, np.ndarray]]) -> Iterator[float]:
-    """Takes the noise out of all images. A generator of progress."""
+def _oidn(canvases: dict[str, dict[str, np.ndarray]], noisy: bool) -> Iterator[float]:
+    """Takes the noise out of all images; noisy: out of reflected light too. A generator of progress."""
     found = list(canvases.values())
-    kinds = [k for k in ("Around", "Indirect", "Glossy Around", "Glossy Indirect") if any(k in c for c in found)]
+    kinds = ["Around", *(["Indirect"] if noisy else []), "Glossy Around", "Glossy Indirect"]
+    kinds = [kind for kind in kinds if any(kind in canvas for canvas in found)]
     clean = yield from denoise.smoothed([np.concatenate([c[k] for k in kinds], -1) for c in found], found)
     for canvas, light in zip(found, clean):
         for kind, part in zip(kinds, np.split(light, len(kinds), axis=-1)):
