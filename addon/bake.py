@@ -20,19 +20,20 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..gi_core import images, rsm, surfels
+from ..gi_core import images, rsm, ssgi, surfels
 from ..gi_core.direct import lamps, surroundings
 from ..gi_core.geometry import Geometry
 from ..gi_core.rsm.interpolation import interpolated_indirect
 from ..gi_core.rsm.settings import RsmSettings
 from ..gi_core.scene import Camera
 from ..gi_core.settings import SettingError, Settings
+from ..gi_core.ssgi.settings import SsgiSettings
 from ..gi_core.surfels import Surfels
 from ..gi_core.trace import Tracer
 from . import denoise, preflight
 from .read import read_scene
 
-METHODS = {"rsm": RsmSettings}
+METHODS = {"rsm": RsmSettings, "ssgi": SsgiSettings}
 TARGETS = ("image", "lightmap", "vertices")
 
 # Side of a lightmap where none is asked for [texels].
@@ -178,6 +179,8 @@ def bake(
     yield 0.0, "read"
     with stages.time("read"):
         core = read_scene(scene, view_layer)
+        if job.target == "image":
+            core = replace(core, camera=_camera(core.camera, job.resolution))
     with stages.time("trees"):
         tracer = Tracer(Geometry(core))
     receivers = yield from stages.run("points", _receivers(tracer, job))
@@ -186,13 +189,20 @@ def bake(
     points = Surfels.concatenate([r.points for r in receivers])
     direct_light = yield from stages.run("lamps", lamps(tracer, points, settings.light_samples, settings.seed))
     around = yield from stages.run("surroundings", surroundings(tracer, points, settings.samples, settings.seed))
-    lighting = yield from stages.run("maps", rsm.emit(tracer, points, settings))
-    gathering = _gathered(tracer, points, lighting, settings, job)
-    indirect_light, notes = yield from stages.run("gather", gathering)
+    if job.method == "ssgi":
+        views = yield from stages.run("maps", ssgi.emit(tracer, points, job.settings))
+        indirect_light = yield from stages.run("gather", ssgi.indirect(tracer, points, views, settings))
+        notes = []
+    else:
+        lighting = yield from stages.run("maps", rsm.emit(tracer, points, settings))
+        gathering = _gathered(tracer, points, lighting, settings, job)
+        indirect_light, notes = yield from stages.run("gather", gathering)
     if settings.denoise != "none":
-        noisy = np.concatenate([around, indirect_light], -1)
+        # Screen-space GI has a filter of its own.
+        filtered = job.method == "ssgi" and settings.denoise == "bilateral"
+        noisy = around if filtered else np.concatenate([around, indirect_light], -1)
         clean = yield from stages.run("denoise", _denoised(receivers, noisy, settings, tracer))
-        around, indirect_light = clean[:, :3], clean[:, 3:]
+        around, indirect_light = clean[:, :3], indirect_light if filtered else clean[:, 3:]
     direct_light += around
 
     with stages.time("layers"):
