@@ -32,6 +32,7 @@ from ..gi_core.surfels import Surfels
 from ..gi_core.trace import Tracer
 from . import denoise, preflight
 from .read import read_scene
+from .read.camera import read_cameras
 
 METHODS = {"rsm": RsmSettings, "ssgi": SsgiSettings}
 TARGETS = ("image", "lightmap", "vertices")
@@ -83,6 +84,12 @@ class Job:
     uv: str = ""
     settings: Settings = field(default_factory=RsmSettings)
 
+    @property
+    def cameras(self) -> tuple[str, ...]:
+        """Names of the cameras whose pictures light the target, empty for the scene's."""
+        names = getattr(self.settings, "cameras", "") if self.target != "image" else ""
+        return tuple(name for text in names.split(",") if (name := text.strip()))
+
     def __post_init__(self):
         if self.method not in METHODS:
             raise NotThere(f"the method '{self.method}' is not there yet; there is {', '.join(METHODS)}")
@@ -101,12 +108,14 @@ class Light:
     direct, indirect: (h, w, 3) float32 of a lightmap, or (v, 3) of vertices.
     valid: (h, w) or (v,) bool, where a surface is.
     centred: bool, same shape: the surface covers the texel's centre, not only a part of it.
+    coverage: float32, same shape, 0…1: how surely a camera saw it; None where no camera is asked.
     """
 
     direct: np.ndarray
     indirect: np.ndarray
     valid: np.ndarray
     centred: np.ndarray
+    coverage: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -116,7 +125,7 @@ class Result:
     layers: pass name -> (h, w, c) float32 of the camera image, else empty.
     light: object name -> Light of lightmaps or vertices, else empty.
     device: what computed. stages: name -> seconds, in order.
-    approximated, warnings: sentences.
+    approximated, warnings: sentences. history: what the next frame of an animation may go on from.
     """
 
     job: Job
@@ -126,6 +135,7 @@ class Result:
     stages: dict[str, float]
     approximated: tuple[str, ...]
     warnings: tuple[str, ...]
+    history: ssgi.History | None = None
 
 
 class Stages:
@@ -158,11 +168,16 @@ class Stages:
 
 
 def bake(
-    scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, job: Job, output: Path | None = None
+    scene: bpy.types.Scene,
+    view_layer: bpy.types.ViewLayer,
+    job: Job,
+    output: Path | None = None,
+    history: ssgi.History | None = None,
 ) -> Iterator[tuple[float, str]]:
     """The light of a scene at its current frame. A generator of (fraction, stage); returns a Result.
 
-    output: the folder that files will go to, to be looked at before the work and not after it.
+    output: the folder that files will go to, to be looked at before the work and not after it. history: of the frame
+        before, of the same job.
 
     Raises Refused, before any work, where the preflight finds errors.
     """
@@ -181,6 +196,9 @@ def bake(
         core = read_scene(scene, view_layer)
         if job.target == "image":
             core = replace(core, camera=_camera(core.camera, job.resolution))
+        cameras = read_cameras(scene, view_layer, job.cameras)
+    if job.method == "ssgi" and not (cameras or core.camera):
+        raise Refused([preflight.no_camera(scene)])
     with stages.time("trees"):
         tracer = Tracer(Geometry(core))
     receivers = yield from stages.run("points", _receivers(tracer, job))
@@ -189,9 +207,10 @@ def bake(
     points = Surfels.concatenate([r.points for r in receivers])
     direct_light = yield from stages.run("lamps", lamps(tracer, points, settings.light_samples, settings.seed))
     around = yield from stages.run("surroundings", surroundings(tracer, points, settings.samples, settings.seed))
+    views, coverage = [], None
     if job.method == "ssgi":
-        views = yield from stages.run("maps", ssgi.emit(tracer, points, job.settings))
-        indirect_light = yield from stages.run("gather", ssgi.indirect(tracer, points, views, settings))
+        views = yield from stages.run("maps", ssgi.emit(tracer, points, job.settings, cameras, history))
+        indirect_light, coverage = yield from stages.run("gather", ssgi.seen(views, points))
         notes = []
     else:
         lighting = yield from stages.run("maps", rsm.emit(tracer, points, settings))
@@ -215,10 +234,13 @@ def bake(
             layers = images.camera_layers(
                 receiver.points, there, here, camera, core.environment, settings.antialias, transparent
             )
+            layers |= {f"SSGI {name}": image for view in views for name, image in view.debug(camera.resolution).items()}
         else:
-            light = {r.name: r.light(there, here) for r, there, here in lit}
+            shares = [None] * len(lit) if coverage is None else _split(receivers, coverage)
+            light = {r.name: r.light(there, here, share) for (r, there, here), share in zip(lit, shares)}
     warnings = (*(f"{f.code}: {f.message}" for f in findings), *notes)
-    return Result(job, layers, light, "cpu", stages.seconds, core.approximated, warnings)
+    carried = views[0].history if views else None
+    return Result(job, layers, light, "cpu", stages.seconds, core.approximated, warnings, carried)
 
 
 @dataclass(frozen=True)
@@ -234,13 +256,17 @@ class _Receiver:
     centred: np.ndarray
     subpixels: int = 1
 
-    def light(self, direct_light: np.ndarray, indirect_light: np.ndarray) -> Light:
+    def light(self, direct_light: np.ndarray, indirect_light: np.ndarray, coverage: np.ndarray | None) -> Light:
         count = int(np.prod(self.shape))
         values = np.zeros((2, count, 3), np.float32)
         values[:, self.points.place] = direct_light / np.pi, indirect_light / np.pi
         masks = np.zeros((2, count), bool)
         masks[0, self.points.place], masks[1, self.points.place] = True, self.centred
-        return Light(*values.reshape(2, *self.shape, 3), *masks.reshape(2, *self.shape))
+        if coverage is not None:
+            seen = np.zeros(count, np.float32)
+            seen[self.points.place] = coverage
+            coverage = seen.reshape(self.shape)
+        return Light(*values.reshape(2, *self.shape, 3), *masks.reshape(2, *self.shape), coverage)
 
 
 def _per_point(job: Job) -> Settings:

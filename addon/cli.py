@@ -309,6 +309,6 @@ def _settings_help() -> str:
         for f in fields(kind):
             m = f.metadata
             allowed = "|".join(m["choices"]) if m["choices"] else f"{m['low']}…{m['high']} {m['unit']}".strip()
-            allowed = "true|false" if isinstance(f.default, bool) else allowed
+            allowed = {bool: "true|false", str: allowed if m["choices"] else "text"}.get(type(f.default), allowed)
             lines.append(f"  {f.name} = {f.default}  ({allowed})\n      {m['description']}")
     return "\n".join(lines)

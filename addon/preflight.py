@@ -66,7 +66,7 @@ def check(
     camera = scene.camera
     findings = [*_check_output(output), *_check_libraries(), *_check_denoiser(denoise, target)]
     if target == "image" and camera is None:
-        findings.append(_error("NO_CAMERA", "", f"Scene '{scene.name}' has no camera.", "Add one and make it active."))
+        findings.append(no_camera(scene))
 
     def look(depsgraph: bpy.types.Depsgraph) -> Iterator[Finding]:
         images = _ImageCheck()
@@ -85,6 +85,11 @@ def check(
 
     findings += with_render_depsgraph(scene, view_layer, lambda depsgraph: list(look(depsgraph)))
     return sorted(dict.fromkeys(findings), key=lambda finding: finding.severity)
+
+
+def no_camera(scene: bpy.types.Scene) -> Finding:
+    """What is wrong where a camera is needed and there is none."""
+    return _error("NO_CAMERA", "", f"Scene '{scene.name}' has no camera.", "Add one and make it active.")
 
 
 def _error(code: str, name: str, message: str, remedy: str) -> Finding:

@@ -10,7 +10,7 @@ import numpy as np
 from ...gi_core import exr
 from ...gi_core.dilate import dilate
 from ..bake import Light, Result
-from .attributes import write_irradiance
+from .attributes import write_coverage, write_irradiance
 from .images import file_stem, save_image, save_png, write_images
 
 
@@ -28,9 +28,10 @@ def store(result: Result, scene: bpy.types.Scene) -> list[str]:
         )
         return [image.name for image in made.values()]
     if target == "lightmap":
-        maps = {f"{name} Lightmap": pixels for name, pixels in lightmaps(result).items()}
+        maps = {f"{name} Lightmap": pixels for name, pixels in lightmaps(result).items()} | coverages(result)
         return [image.name for image in write_images(maps).values()]
     write_irradiance({name: np.float32(np.pi) * wanted(light, result) for name, light in result.light.items()})
+    write_coverage({name: light.coverage for name, light in result.light.items() if light.coverage is not None})
     return list(result.light)
 
 
@@ -42,12 +43,13 @@ def export(result: Result, folder: Path, view_layer: str) -> list[Path]:
         exr.write_layers(path, result.layers, view_layer)
         return [path, save_png(folder, "image", result.layers["Combined"])]
     paths, taken = [], set()
-    for name, pixels in lightmaps(result).items():
-        stem, number = f"{name} Lightmap", 1
+    maps = {f"{name} Lightmap": pixels for name, pixels in lightmaps(result).items()} | coverages(result)
+    for name, pixels in maps.items():
+        stem, number = name, 1
         # Names may differ in what a file's name cannot show, or only in case.
         while file_stem(stem).lower() in taken:
             number += 1
-            stem = f"{name} Lightmap {number}"
+            stem = f"{name} {number}"
         taken.add(file_stem(stem).lower())
         paths += save_image(folder, stem, pixels)
     return paths
@@ -68,3 +70,12 @@ def lightmaps(result: Result) -> dict[str, np.ndarray]:
             pixels, filled = dilate(wanted(light, result), light.valid, result.job.settings.margin)
             maps[name] = np.dstack([np.where(filled[..., None], pixels, 0), filled.astype(np.float32)])
     return maps
+
+
+def coverages(result: Result) -> dict[str, np.ndarray]:
+    """"OBJECT Coverage" -> (h, w, 3) float32, how surely a camera saw each texel, 0…1; empty where none was asked."""
+    return {
+        f"{name} Coverage": np.repeat(light.coverage[..., None], 3, -1)
+        for name, light in result.light.items()
+        if light.coverage is not None and light.coverage.ndim == 2
+    }

@@ -20,7 +20,7 @@ from .probes import Probes, bake_probes
 from .screen import Screen
 from .search import Search, searched
 from .settings import SsgiSettings
-from .view import View, upsampled
+from .view import History, View, upsampled
 
 # Pixels worked on at once by a thread: arrays that stay within a core's cache.
 _PIXELS = 1 << 14
@@ -33,25 +33,6 @@ _HISTORY_LIMIT = np.float32(0.1)
 
 # Points of the diffuse filter's disk, at full and at half resolution, out of a set of so many.
 _TAPS, _HALF_TAPS, _DISK = 16, 4, 64
-
-
-@dataclass(frozen=True)
-class History:
-    """What a pass leaves to the next; images at the resolution of tracing.
-
-    buffer: what was seen. levels: for each bounce (h, w, 3) float32, mean radiance E/π so far. filtered: (h, w, 3) the
-    same after the first diffuse filter, of the last bounce. count: (h, w) float32 passes in them.
-    picture: (H, W, 3) float32, radiance that surfaces reflect, at full resolution. full: what was seen there.
-    passes: how many there were.
-    """
-
-    buffer: GBuffer
-    levels: tuple[np.ndarray, ...]
-    filtered: np.ndarray
-    count: np.ndarray
-    picture: np.ndarray
-    full: GBuffer
-    passes: int
 
 
 @dataclass(frozen=True)
@@ -72,23 +53,23 @@ def still(
 
     probes: what stands in where the screen shows nothing; None bakes some where the settings want them.
     history: of an earlier picture, to go on from.
-    A generator of progress; returns a View and the History.
+    A generator of progress; returns a View.
     """
     settings = settings.preset
     if probes is None and settings.wants_probes:
-        probes = yield from _part(0.0, 0.1, bake_probes(tracer, settings))
-    full = yield from _part(0.1, 0.12, g_buffer(tracer, Screen(camera)))
+        probes = yield from part(0.0, 0.1, bake_probes(tracer, settings))
+    full = yield from part(0.1, 0.12, g_buffer(tracer, Screen(camera)))
     buffer = full[1 if settings.full_resolution else 2]
     if settings.mode == "off":
-        return View(buffer, np.zeros((*buffer.depth.shape, 3), np.float32), {}), None
-    direct = yield from _part(
+        return View(buffer, np.zeros((*buffer.depth.shape, 3), np.float32), {}, None)
+    direct = yield from part(
         0.12, 0.2, direct_light(tracer, full, settings.light_samples, settings.samples, settings.seed)
     )
     inputs = Inputs(full, buffer, direct, Search(tracer, full, buffer, settings, probes))
     for k in range(settings.frames):
         begin, end = (0.2 + 0.8 * (k + i) / settings.frames for i in (0, 1))
-        radiance, history, layers = yield from _part(begin, end, one_pass(inputs, history, settings))
-    return View(buffer, radiance, layers if settings.debug else {}), history
+        radiance, history, layers = yield from part(begin, end, one_pass(inputs, history, settings))
+    return View(buffer, radiance, layers if settings.debug else {}, history)
 
 
 def one_pass(inputs: Inputs, history: History | None, settings: SsgiSettings) -> Iterator[float]:
@@ -107,32 +88,43 @@ def one_pass(inputs: Inputs, history: History | None, settings: SsgiSettings) ->
         at, _ = before(full, history.full)
         lit, valid = reproject(np.arange(len(lit), dtype=np.int32), at, history.picture, history.full.depth, _DEPTH)
 
-    found = yield from _part(0.0, 0.6, searched(inputs.search, valid, number))
+    found = yield from part(0.0, 0.6, searched(inputs.search, valid, number))
     taps = _history(buffer, history)
     levels = []
     source = lit
     for k in range(inputs.search.levels):
-        raw = (yield from _part(0.6, 0.7, found.radiance(source, k))).reshape(*shape, 3)
+        raw = (yield from part(0.6, 0.7, found.radiance(source, k))).reshape(*shape, 3)
         mean, count = _mixed(raw, history.levels[k] if history else None, history, taps, settings)
         levels.append(mean)
         if k + 1 < inputs.search.levels:
             source = lit + albedo * upsampled(buffer, mean, full).reshape(-1, 3)
     missed = spread(found.missed[:, None], inputs.search.points, shape[::-1])[..., 0]
-    layers = {"Traced": raw, "Missed": missed, "Passes": count, "Accumulated": mean}
+    layers = {"Traced": raw, "Missed": missed, "Accumulated": mean, "Passes": count}
+    if settings.debug:
+        layers |= {"Face": full.face, "Lit": lit.reshape(full.position.shape), "Motion": _motion(full, history)}
 
     filtered, result = mean, mean
     if settings.denoise == "bilateral":
-        smooth = yield from _part(0.7, 0.85, _filtered(buffer, mean, settings, number))
+        smooth = yield from part(0.7, 0.85, _filtered(buffer, mean, settings, number))
         filtered, _ = _mixed(smooth, history.filtered if history else None, history, taps, settings)
         layers |= {"Filtered": smooth, "Accumulated again": filtered}
         result = filtered
         if settings.second_pass:
             half = replace(settings, radius=settings.radius / 2)
-            result = yield from _part(0.85, 1.0, _filtered(buffer, filtered, half, None))
+            result = yield from part(0.85, 1.0, _filtered(buffer, filtered, half, None))
     present = albedo * inputs.direct.reshape(-1, 3) / np.float32(np.pi)
     picture = present + albedo * upsampled(buffer, result, full).reshape(-1, 3)
     history = History(buffer, tuple(levels), filtered, count, picture.reshape(full.position.shape), full, number + 1)
     return result, history, layers
+
+
+def _motion(full: GBuffer, history: History | None) -> np.ndarray:
+    """Where pixels were in the earlier picture less where they are, and depth likewise: (H, W, 3), NaN for nowhere."""
+    if history is None:
+        return np.full(full.position.shape, np.nan, np.float32)
+    rows, columns = np.indices(full.depth.shape, np.float32)
+    now = np.dstack([columns, rows, np.where(full.surface, full.depth, np.nan)])
+    return before(full, history.full)[0].reshape(now.shape) - now
 
 
 def _history(buffer: GBuffer, history: History | None) -> tuple[np.ndarray, np.ndarray] | None:
@@ -203,7 +195,7 @@ def _filtered(buffer: GBuffer, value: np.ndarray, settings: SsgiSettings, number
     return out
 
 
-def _part(begin: float, end: float, work: Iterator[float]) -> Iterator[float]:
+def part(begin: float, end: float, work: Iterator[float]) -> Iterator[float]:
     """A part's progress as the whole's; returns its value."""
     while True:
         try:

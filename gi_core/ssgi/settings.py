@@ -85,6 +85,11 @@ class SsgiSettings(Settings):
         "How much normals may differ in the diffuse filter: as in HDRP, or as the brief has it, which blurs edges",
         choices=("exact", "literal"),
     )
+    cameras: str = setting(
+        "",
+        "Cameras whose pictures light lightmaps and vertices, names of objects with commas between; empty means the "
+        "scene's",
+    )
     debug: bool = setting(False, "Writes what each pass found as layers of the camera image's EXR")
 
     @property

@@ -16,13 +16,45 @@ _POINTS = 1 << 14
 
 
 @dataclass(frozen=True)
+class History:
+    """What a pass leaves to the next; images at the resolution of tracing.
+
+    buffer: what was seen. levels: for each bounce (h, w, 3) float32, mean radiance E/π so far. filtered: (h, w, 3) the
+        same after the first diffuse filter, of the last bounce. count: (h, w) float32 passes in them.
+    picture: (H, W, 3) float32, radiance that surfaces reflect, at full resolution. full: what was seen there.
+    passes: how many there were.
+    """
+
+    buffer: GBuffer
+    levels: tuple[np.ndarray, ...]
+    filtered: np.ndarray
+    count: np.ndarray
+    picture: np.ndarray
+    full: GBuffer
+    passes: int
+
+
+@dataclass(frozen=True)
 class View:
-    """buffer: what the camera sees. radiance: (h, w, 3) float32, E/π of reflected light. layers: what each pass found,
-    name -> (h, w) or (h, w, 3), empty where that was not asked for."""
+    """A camera's picture, at the resolution of tracing.
+
+    buffer: what is seen. radiance: (h, w, 3) float32, E/π of reflected light. layers: what each pass found, name ->
+        (h, w) or (h, w, 3), empty where that was not asked for. history: for the next picture, None in mode off.
+    """
 
     buffer: GBuffer
     radiance: np.ndarray
     layers: dict[str, np.ndarray]
+    history: History | None
+
+    def debug(self, resolution: tuple[int, int]) -> dict[str, np.ndarray]:
+        """The layers at a resolution (width, height), for the eye: name -> (height, width) or (height, width, 3)."""
+        shown = {}
+        for name, layer in self.layers.items():
+            for axis, size in enumerate(resolution[::-1]):
+                layer = np.repeat(layer, -(-size // layer.shape[axis]), axis).take(range(size), axis)
+            shown[name] = layer.astype(np.float32)
+        return shown
 
 
 def seen(views: list[View], surfels: Surfels) -> Iterator[float]:

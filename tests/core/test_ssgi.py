@@ -45,8 +45,8 @@ CORNER, VIEW = corner(), camera((3, 3, 3), (0.33, 0.33, 0.33))
 
 
 def baked(tracer, camera, settings, **more):
-    view, history = tiles.finish(ssgi.still(tracer, camera, settings, **more))
-    return view.radiance, view.buffer.surface, history
+    view = tiles.finish(ssgi.still(tracer, camera, settings, **more))
+    return view.radiance, view.buffer.surface, view.history
 
 
 @pytest.fixture(scope="module")
@@ -243,7 +243,8 @@ def test_motion_counts_camera_objects_and_deformation():
     still_plate, sheet = shapes.plate(0, 1), shapes.plate(0.5, 0.4, name="sheet")
     then = Geometry(shapes.scene([still_plate, sheet]))
     # The sheet bends: one corner lifts. And the list of objects changes its order.
-    bent = replace(sheet, vertices=sheet.vertices + np.array([[0, 0, 0], [0, 0, 0], [0, 0, 0.2], [0, 0, 0]], np.float32))
+    lift = np.array([[0, 0, 0], [0, 0, 0], [0, 0, 0.2], [0, 0, 0]], np.float32)
+    bent = replace(sheet, vertices=sheet.vertices + lift)
     now = Tracer(Geometry(shapes.scene([bent, still_plate, shapes.plate(0.9, 0.1, name="new", center=(-0.8, -0.8))])))
     view = camera((0, -2.5, 2), (0, 0, 0.2), 50, (48, 32))
     shifted = replace(view, matrix=view.matrix + np.pad(np.array([[0.1], [0], [0]]), ((0, 1), (3, 0))))
@@ -285,7 +286,7 @@ def test_history_is_carried_to_where_things_went():
 
 
 def test_light_at_points_and_how_surely_it_was_seen():
-    view, _ = tiles.finish(ssgi.still(CORNER, VIEW, replace(RAW, mode="ray_traced", samples=64)))
+    view = tiles.finish(ssgi.still(CORNER, VIEW, replace(RAW, mode="ray_traced", samples=64)))
     points = view.buffer.surfels()
     irradiance, coverage = tiles.finish(ssgi.seen([view], points))
     h, w = view.buffer.depth.shape
