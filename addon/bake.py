@@ -195,7 +195,7 @@ def bake(
     with stages.time("read"):
         core = read_scene(scene, view_layer)
         if job.target == "image":
-            core = replace(core, camera=_camera(core.camera, job.resolution))
+            core = replace(core, camera=camera_at(core.camera, job.resolution))
         cameras = read_cameras(scene, view_layer, job.cameras)
     if job.method == "ssgi" and not (cameras or core.camera):
         raise Refused([preflight.no_camera(scene)])
@@ -229,7 +229,7 @@ def bake(
         layers, light = {}, {}
         if job.target == "image":
             [(receiver, there, here)] = lit
-            camera = _camera(core.camera, job.resolution)
+            camera = camera_at(core.camera, job.resolution)
             transparent = scene.render.film_transparent
             layers = images.camera_layers(
                 receiver.points, there, here, camera, core.environment, settings.antialias, transparent
@@ -282,7 +282,7 @@ def _gathered(tracer: Tracer, points: Surfels, lighting: rsm.Lighting, settings:
     """Reflected light at all points: a generator of progress; returns (n, 3) irradiance and sentences about it."""
     if job.target != "image" or settings.interpolation == 1:
         return (yield from rsm.indirect(tracer, points, lighting, settings)), []
-    camera = _camera(tracer.geometry.scene.camera, job.resolution)
+    camera = camera_at(tracer.geometry.scene.camera, job.resolution)
     irradiance, share = yield from interpolated_indirect(tracer, points, lighting, settings, camera, settings.antialias)
     return irradiance, [f"interpolation: {share:.1%} of the image's points reuse their neighbours' light"]
 
@@ -291,7 +291,7 @@ def _receivers(tracer: Tracer, job: Job) -> Iterator[float]:
     """What gets light: a generator of progress; returns a list of _Receiver."""
     scene = tracer.geometry.scene
     if job.target == "image":
-        camera, subpixels = _camera(scene.camera, job.resolution), job.settings.antialias
+        camera, subpixels = camera_at(scene.camera, job.resolution), job.settings.antialias
         points = yield from surfels.from_camera(tracer, camera, subpixels)
         shape = (camera.resolution[1] * subpixels, camera.resolution[0] * subpixels)
         return [_Receiver("", points, shape, np.ones(len(points), bool), subpixels)]
@@ -312,7 +312,7 @@ def _receivers(tracer: Tracer, job: Job) -> Iterator[float]:
     return receivers
 
 
-def _camera(camera: Camera, side: int | None) -> Camera:
+def camera_at(camera: Camera, side: int | None) -> Camera:
     """The camera with its longer side at so many pixels."""
     if side is None:
         return camera

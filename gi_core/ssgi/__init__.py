@@ -14,11 +14,11 @@ from collections.abc import Iterator, Sequence
 from ..scene import Camera
 from ..surfels import Surfels
 from ..trace import Tracer
-from .pipeline import part, still
+from .pipeline import part, restored, still
 from .settings import SsgiSettings
 from .view import History, View, seen
 
-__all__ = ["History", "View", "emit", "indirect", "seen", "still"]
+__all__ = ["History", "View", "emit", "indirect", "restored", "seen", "still"]
 
 
 def emit(

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The passes in their order: trace, reproject, temporal filter, diffuse filter, both again."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -59,7 +59,7 @@ def still(
     if probes is None and settings.wants_probes:
         probes = yield from part(0.0, 0.1, bake_probes(tracer, settings))
     full = yield from part(0.1, 0.12, g_buffer(tracer, Screen(camera)))
-    buffer = full[1 if settings.full_resolution else 2]
+    buffer = _traced(full, settings)
     if settings.mode == "off":
         return View(buffer, np.zeros((*buffer.depth.shape, 3), np.float32), {}, None)
     direct = yield from part(
@@ -70,6 +70,22 @@ def still(
         begin, end = (0.2 + 0.8 * (k + i) / settings.frames for i in (0, 1))
         radiance, history, layers = yield from part(begin, end, one_pass(inputs, history, settings))
     return View(buffer, radiance, layers if settings.debug else {}, history)
+
+
+def restored(
+    tracer: Tracer, camera: Camera, settings: SsgiSettings, arrays: Mapping[str, np.ndarray]
+) -> Iterator[float]:
+    """A History from its `arrays`, in the scene and by the camera that it is of. A generator of progress."""
+    full = yield from g_buffer(tracer, Screen(camera))
+    return History(
+        _traced(full, settings), tuple(arrays["levels"]), arrays["filtered"], arrays["count"], arrays["picture"], full,
+        int(arrays["passes"]),
+    )  # fmt: skip
+
+
+def _traced(full: GBuffer, settings: SsgiSettings) -> GBuffer:
+    """The pixels that rays leave from."""
+    return full[1 if settings.full_resolution else 2]
 
 
 def one_pass(inputs: Inputs, history: History | None, settings: SsgiSettings) -> Iterator[float]:

@@ -33,6 +33,12 @@ class History:
     full: GBuffer
     passes: int
 
+    @property
+    def arrays(self) -> dict[str, np.ndarray]:
+        """All but what was seen, which can be looked at again; see `restored`."""
+        return {"levels": np.array(self.levels), "filtered": self.filtered, "count": self.count,
+                "picture": self.picture, "passes": np.array(self.passes)}  # fmt: skip
+
 
 @dataclass(frozen=True)
 class View:
