@@ -48,3 +48,37 @@ def test_rays_converge_to_cycles(sample, name, bounces):
 
     mixed = indirect(mode="mixed", bounces=bounces, samples=64)[mask]
     assert abs(metrics.bias(mixed, found[-1])) < 0.03
+
+
+def test_probes_bring_light_from_off_the_screen():
+    """A room whose lamp, a shining panel, is behind the camera: with probes at least twice as close to Cycles."""
+    bpy.ops.wm.read_homefile(use_empty=True)
+    scene = bpy.context.scene
+    scene.world = bpy.data.worlds.new("World")
+    scene.world.color = 0, 0, 0
+    bpy.ops.mesh.primitive_cube_add(size=2)
+    bpy.context.object.data.materials.append(_material("White", "ShaderNodeBsdfDiffuse", (0.6, 0.6, 0.6, 1)))
+    bpy.ops.mesh.primitive_plane_add(size=0.6, location=(0.4, -0.4, 0.95))
+    panel = _material("Panel", "ShaderNodeEmission", (8, 8, 8, 1))
+    bpy.context.object.data.materials.append(panel)
+    bpy.ops.object.camera_add(location=(-0.2, 0, 0), rotation=(1.7, 0, 0.45))
+    scene.camera = bpy.context.object
+    scene.camera.data.angle, scene.camera.data.clip_start = 0.9, 0.01
+    scene.render.resolution_x = scene.render.resolution_y = SIDE
+    reference = camera_reference(scene, bpy.context.view_layer, 512, 1, 23, (SIDE, SIDE), False)["Diffuse Indirect"]
+    error = {
+        fallback: metrics.relmse(indirect(mode="screen_space", fallback=fallback, samples=32), reference)
+        for fallback in ("none", "probes")
+    }
+    assert np.sqrt(error["probes"]) < 0.5 * np.sqrt(error["none"])
+
+
+def _material(name, shader, color):
+    material = bpy.data.materials.new(name)
+    material.use_nodes = True
+    nodes = material.node_tree
+    nodes.nodes.clear()
+    node, output = nodes.nodes.new(shader), nodes.nodes.new("ShaderNodeOutputMaterial")
+    node.inputs["Color"].default_value = color
+    nodes.links.new(node.outputs[0], output.inputs["Surface"])
+    return material
