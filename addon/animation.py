@@ -47,7 +47,7 @@ def bake_frames(
             history = _restored(scene, view_layer, job, journal.history(kept[-1]))
         for k, frame in enumerate(frames[len(kept) :], len(kept)):
             scene.frame_set(frame)
-            work = bake(scene, view_layer, job, folder, history)
+            work = bake(scene, view_layer, job, folder, history=history)
             while True:
                 try:
                     fraction, stage = next(work)

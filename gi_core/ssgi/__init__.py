@@ -11,37 +11,40 @@
 
 from collections.abc import Iterator, Sequence
 
+from .. import tiles
+from ..sampling import Samples
 from ..scene import Camera
 from ..surfels import Surfels
 from ..trace import Tracer
-from .pipeline import part, restored, still
+from .pipeline import restored, still
 from .settings import SsgiSettings
 from .view import History, View, seen
 
-__all__ = ["History", "View", "emit", "indirect", "restored", "seen", "still"]
+__all__ = ["History", "View", "emit", "indirect", "restored", "seen", "still", "views"]
 
 
-def emit(
-    tracer: Tracer,
-    receivers: Surfels,
-    settings: SsgiSettings,
-    cameras: Sequence[Camera] = (),
-    history: History | None = None,
+def views(
+    tracer: Tracer, cameras: Sequence[Camera], settings: SsgiSettings, history: History | None = None
 ) -> Iterator[float]:
     """What cameras see, lit: a generator of progress; returns a list of Views.
 
-    receivers: the points that will ask, for which the cameras do not care. cameras: none means the scene's own.
     history: of the first camera's earlier picture.
     """
-    cameras = cameras or [tracer.geometry.scene.camera]
-    views = []
+    found = []
     for k, camera in enumerate(cameras):
         work = still(tracer, camera, settings, history=None if k else history)
-        views.append((yield from part(k / len(cameras), (k + 1) / len(cameras), work)))
-    return views
+        found.append((yield from tiles.within(k / len(cameras), (k + 1) / len(cameras), work)))
+    return found
 
 
-def indirect(tracer: Tracer, surfels: Surfels, views: list[View], settings: SsgiSettings) -> Iterator[float]:
-    """Irradiance from reflected light. A generator of progress; returns (n, 3) float32 [W/m²]."""
-    irradiance, _ = yield from seen(views, surfels)
+def emit(tracer: Tracer, guides: Surfels, settings: SsgiSettings) -> Iterator[float]:
+    """`views` of the scene's camera. guides: the points that will ask, for which it does not care."""
+    return (yield from views(tracer, [tracer.geometry.scene.camera], settings))
+
+
+def indirect(
+    tracer: Tracer, surfels: Surfels, emitted: list[View], settings: SsgiSettings, samples: Samples
+) -> Iterator[float]:
+    """Irradiance from reflected light, as the views have it. A generator of progress; returns (n, 3) float32 [W/m²]."""
+    irradiance, _ = yield from seen(emitted, surfels)
     return irradiance

@@ -13,6 +13,7 @@ from ..direct import lamps, surroundings
 from ..geometry import Geometry
 from ..images import spread
 from ..kernels.depth_pyramid import NOTHING, depth_pyramid
+from ..sampling import Samples
 from ..surfels import Surfels
 from ..trace import Tracer
 from ..vectors import dot
@@ -30,7 +31,7 @@ class GBuffer:
     """What a camera sees at its pixels' centres, row 0 at the bottom.
 
     screen: whose. depth: (h, w) float32 along the view axis [m], inf where no surface is; all else is 0 there.
-    position, normal, face, albedo, emission: (h, w, 3) float32, as in Surfels.
+    position, normal, face, albedo, emission: (h, w, 3) float32, as in Surfels; albedo is all that is reflected.
     triangle: (h, w) int32, −1 where no surface is, and weights: (h, w, 3) float32: the point on the mesh.
     geometry: what it was seen in.
     """
@@ -79,7 +80,8 @@ def g_buffer(tracer: Tracer, screen: Screen) -> Iterator[float]:
         hits = tracer.closest(origins[part], directions[part])
         hit = np.flatnonzero(hits.triangle >= 0)
         rows = hit + part.start
-        seen = surfels.at(tracer.geometry, hits.triangle[hit], hits.weights[hit], rows, towards=-directions[rows])
+        on = hits.triangle[hit], hits.weights[hit]
+        seen = surfels.at(tracer.geometry, *on, rows, -directions[rows], reflecting=True)
         z = (seen.position - screen.eye) @ screen.ahead
         near = z <= camera.clip[1]
         rows = rows[near]
@@ -104,9 +106,8 @@ def direct_light(tracer: Tracer, buffer: GBuffer, light_samples: int, samples: i
     """
     points = buffer.surfels()
     irradiance = yield from lamps(tracer, points, light_samples, seed)
-    irradiance += yield from surroundings(tracer, points, samples, seed)
-    h, w = buffer.screen.shape
-    return spread(irradiance, points, (w, h))
+    irradiance += yield from surroundings(tracer, points, Samples(samples), seed)
+    return spread(irradiance, points.place, buffer.screen.shape)
 
 
 @dataclass(frozen=True)

@@ -57,18 +57,18 @@ def still(
     """
     settings = settings.preset
     if probes is None and settings.wants_probes:
-        probes = yield from part(0.0, 0.1, bake_probes(tracer, settings))
-    full = yield from part(0.1, 0.12, g_buffer(tracer, Screen(camera)))
+        probes = yield from tiles.within(0.0, 0.1, bake_probes(tracer, settings))
+    full = yield from tiles.within(0.1, 0.12, g_buffer(tracer, Screen(camera)))
     buffer = _traced(full, settings)
     if settings.mode == "off":
         return View(buffer, np.zeros((*buffer.depth.shape, 3), np.float32), {}, None)
-    direct = yield from part(
+    direct = yield from tiles.within(
         0.12, 0.2, direct_light(tracer, full, settings.light_samples, settings.samples, settings.seed)
     )
     inputs = Inputs(full, buffer, direct, Search(tracer, full, buffer, settings, probes))
     for k in range(settings.frames):
         begin, end = (0.2 + 0.8 * (k + i) / settings.frames for i in (0, 1))
-        radiance, history, layers = yield from part(begin, end, one_pass(inputs, history, settings))
+        radiance, history, layers = yield from tiles.within(begin, end, one_pass(inputs, history, settings))
     return View(buffer, radiance, layers if settings.debug else {}, history)
 
 
@@ -104,30 +104,30 @@ def one_pass(inputs: Inputs, history: History | None, settings: SsgiSettings) ->
         at, _ = before(full, history.full)
         lit, valid = reproject(np.arange(len(lit), dtype=np.int32), at, history.picture, history.full.depth, _DEPTH)
 
-    found = yield from part(0.0, 0.6, searched(inputs.search, valid, number))
+    found = yield from tiles.within(0.0, 0.6, searched(inputs.search, valid, number))
     taps = _history(buffer, history)
     levels = []
     source = lit
     for k in range(inputs.search.levels):
-        raw = (yield from part(0.6, 0.7, found.radiance(source, k))).reshape(*shape, 3)
+        raw = (yield from tiles.within(0.6, 0.7, found.radiance(source, k))).reshape(*shape, 3)
         mean, count = _mixed(raw, history.levels[k] if history else None, history, taps, settings)
         levels.append(mean)
         if k + 1 < inputs.search.levels:
             source = lit + albedo * upsampled(buffer, mean, full).reshape(-1, 3)
-    missed = spread(found.missed[:, None], inputs.search.points, shape[::-1])[..., 0]
+    missed = spread(found.missed[:, None], inputs.search.points.place, shape)[..., 0]
     layers = {"Traced": raw, "Missed": missed, "Accumulated": mean, "Passes": count}
     if settings.debug:
         layers |= {"Face": full.face, "Lit": lit.reshape(full.position.shape), "Motion": _motion(full, history)}
 
     filtered, result = mean, mean
     if settings.denoise == "bilateral":
-        smooth = yield from part(0.7, 0.85, _filtered(buffer, mean, settings, number))
+        smooth = yield from tiles.within(0.7, 0.85, _filtered(buffer, mean, settings, number))
         filtered, _ = _mixed(smooth, history.filtered if history else None, history, taps, settings)
         layers |= {"Filtered": smooth, "Accumulated again": filtered}
         result = filtered
         if settings.second_pass:
             half = replace(settings, radius=settings.radius / 2)
-            result = yield from part(0.85, 1.0, _filtered(buffer, filtered, half, None))
+            result = yield from tiles.within(0.85, 1.0, _filtered(buffer, filtered, half, None))
     present = albedo * inputs.direct.reshape(-1, 3) / np.float32(np.pi)
     picture = present + albedo * upsampled(buffer, result, full).reshape(-1, 3)
     history = History(buffer, tuple(levels), filtered, count, picture.reshape(full.position.shape), full, number + 1)
@@ -209,12 +209,3 @@ def _filtered(buffer: GBuffer, value: np.ndarray, settings: SsgiSettings, number
 
     yield from tiles.run(tile, tiles.slices(len(points), _PIXELS))
     return out
-
-
-def part(begin: float, end: float, work: Iterator[float]) -> Iterator[float]:
-    """A part's progress as the whole's; returns its value."""
-    while True:
-        try:
-            yield begin + (end - begin) * next(work)
-        except StopIteration as stop:
-            return stop.value

@@ -14,8 +14,6 @@ import numpy as np
 
 from .. import environment as beyond
 from .. import tiles
-from ..direct import EMITTERS
-from ..emitters import emitters
 from ..surfels import Surfels
 from ..trace import FAR, Tracer
 from .paths import paths
@@ -83,13 +81,12 @@ def bake_probes(tracer: Tracer, settings: SsgiSettings) -> Iterator[float]:
     axes = np.concatenate([np.eye(3), -np.eye(3)]).astype(np.float32)
     lobe = np.maximum(direction @ axes.T, 0) * np.float32(4 * np.pi / rays)
     cube = np.zeros((len(position), 6, 3), np.float32)
-    glow = emitters(tracer.geometry, EMITTERS)
 
     def tile(part: slice):
         place = np.arange(part.start * rays, part.stop * rays)
         start = np.repeat(position[part], rays, 0).astype(np.float32)
         every = np.tile(direction, (part.stop - part.start, 1))
-        light = paths(tracer, (start, every, place), settings.bounces, glow, settings.seed * 4096 + 4095)[:, -1]
+        light = paths(tracer, (start, every, place), settings.bounces, settings.seed * 4096 + 4095)[:, -1]
         cube[part] = np.einsum("pnc,na->pac", light.reshape(-1, rays, 3), lobe)
 
     yield from tiles.run(tile, tiles.slices(len(position), max(1, _RAYS // rays)))

@@ -9,15 +9,12 @@ from functools import cached_property
 import numpy as np
 
 from .. import tiles
-from ..direct import EMITTERS
-from ..emitters import emitters
 from ..kernels.depth_march import depth_march
 from ..kernels.horizon_scan import horizon_scan
 from ..sampling import cosine_hemisphere, hash01, r2_sequence, rotated
 from ..surfels import Surfels
 from ..trace import FAR, Tracer
 from ..vectors import dot, length
-from ..vpls import Vpls
 from .frame import DepthMap, GBuffer, depth_map
 from .paths import onward, paths
 from .probes import Probes, unseen
@@ -57,10 +54,6 @@ class Search:
     @cached_property
     def depth(self) -> DepthMap:
         return depth_map(self.full)
-
-    @cached_property
-    def glow(self) -> Vpls:
-        return emitters(self.tracer.geometry, EMITTERS)
 
     @cached_property
     def local(self) -> tuple[np.ndarray, np.ndarray]:
@@ -137,8 +130,6 @@ def searched(search: Search, valid: np.ndarray, number: int) -> Iterator[float]:
     hit = np.full((0 if search.scans else rays, len(points)), -1, np.int32)
     rest, missed = np.zeros((len(points), search.levels, 3), np.float32), np.zeros(len(points), np.float32)
     # Made before several threads ask for them.
-    if settings.mode == "ray_traced" or settings.mode == "mixed":
-        _ = search.glow
     if settings.mode != "ray_traced":
         _ = search.local if search.scans else search.depth
 
@@ -169,7 +160,7 @@ def clamped(radiance: np.ndarray, most: float) -> np.ndarray:
 
 def _drawn(place: np.ndarray, index: int, seed: int) -> np.ndarray:
     """The index-th of each pixel's own sequence of points in the unit square: (n,) -> (n, 2)."""
-    return rotated(r2_sequence(index + 1)[index:], place, seed)[:, 0]
+    return rotated(r2_sequence(1, index), place, seed)[:, 0]
 
 
 def _marched(search: Search, pixel: np.ndarray, here: Surfels, direction: np.ndarray) -> np.ndarray:
@@ -209,7 +200,7 @@ def _elsewhere(search: Search, here: Surfels, direction: np.ndarray, index: int)
 
     far = settings.ray_length or FAR
     lights = None if settings.last_bounce == "none" else last
-    found = paths(tracer, (here.origin, direction, here.place), settings.bounces, search.glow, seed, far, lights)
+    found = paths(tracer, (here.origin, direction, here.place), settings.bounces, seed, far, lights)
     return found if search.levels == settings.bounces else found[:, -1:]
 
 

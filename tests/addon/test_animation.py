@@ -56,9 +56,13 @@ def test_a_stopped_run_goes_on_where_it_was(pan, tmp_path, whole, monkeypatch):
     stopped(pan, folder, 6)
     assert sorted(pictures(folder)) == [f"image.{f:04d}.exr" for f in (3, 4, 5)]
     assert [p.name for p in folder.glob("history*")] == ["history.0005.npz"]
-    began = []
-    work = animation.bake
-    monkeypatch.setattr(animation, "bake", lambda scene, *rest: began.append(scene.frame_current) or work(scene, *rest))
+    began, work = [], animation.bake
+
+    def noted(scene, *arguments, **more):
+        began.append(scene.frame_current)
+        return work(scene, *arguments, **more)
+
+    monkeypatch.setattr(animation, "bake", noted)
     baked(pan, folder)
     assert began == [6, 7] and pictures(folder) == whole
     assert not [*folder.glob("history*"), *folder.glob(".*")]
@@ -110,7 +114,7 @@ def test_from_the_command_line(sample, tmp_path, capsys, monkeypatch):
     for wrong in (["3-2"], ["x"], ["1-2", "--save"], ["1-2", "--frame", "1"]):
         assert main([*arguments, "--frames", *wrong]) == USAGE
 
-    def interrupted(*_):
+    def interrupted(*_, **__):
         raise KeyboardInterrupt
         yield
 

@@ -54,8 +54,8 @@ def denoised(maps, geometry, uv_maps, side, passes):
         points, _ = surfels.from_texels(geometry, name, uv_maps[name], (side, side))
         values = pixels[..., :3].reshape(-1, 3)[points.place]
         keep = pixels[..., 3].ravel()[points.place] > 0
-        smooth = tiles.finish(images.smoothed(values[keep], points[keep], (side, side), passes))
-        out[name] = images.spread(smooth, points[keep], (side, side))
+        smooth = tiles.finish(images.smoothed(values[keep], points[keep], points.place[keep], (side, side), passes))
+        out[name] = images.spread(smooth, points.place[keep], (side, side))
     return out
 
 

@@ -173,7 +173,7 @@ def test_probes_are_right_in_a_furnace_and_blind_behind_walls():
     tracer = shapes.tracer([shapes.box(1)], material=shapes.matte(0.6, 1.0))
     volume = tiles.finish(bake_probes(tracer, SsgiSettings(probe_cells=4, bounces=2)))
     inside = surfels.from_camera(tracer, camera((0, 0, 0), (1, 0.3, 0.2), 60, (8, 8)))
-    irradiance, weight = volume(tiles.finish(inside))
+    irradiance, weight = volume(inside)
     assert np.allclose(weight, 1, atol=1e-5) and np.allclose(irradiance, np.pi * (0.6 + 0.36), rtol=0.05)
     # A lid close above a floor: no probe between them, none sees the gap.
     plates = [shapes.plate(0, 1), shapes.plate(0.01, 1, name="lid"), shapes.plate(2, 1, name="ceiling")]
