@@ -5,7 +5,8 @@ of half-resolution passes, Kopf et al. 2007)."""
 
 import numpy as np
 
-from .surface_weight import surface_weight
+from ..vectors import dot
+from .surface_weight import plane_weight, surface_weight
 
 # What a neighbour on another surface counts: where all four are, a point still gets their mix.
 _LEAST = np.float32(1e-4)
@@ -17,8 +18,8 @@ def bilateral_upsample(at, depth, position, normal, value, coarse_depth, coarse_
     at: (n, 2) float32, in pixels of the image, centres at whole numbers. depth: (n,), position, normal: (n, 3) float32.
     value: (h, w, c), coarse_depth: (h, w), inf where no surface is, coarse_position, coarse_normal: (h, w, 3) float32.
     far, scale: of `surface_weight`.
-    Returns (n, c) float32, and (n,) float32, the bilinear share of those neighbours that show the point's own surface,
-    0…1.
+    Returns (n, c) float32, and (n,) float32, how surely a neighbour shows the very place: in the neighbour's plane, on
+    the same side of it, whatever the point's normal is else (that of a vertex is none of its faces'); 0…1.
     """
     h, w, c = value.shape
     value, coarse_depth = value.reshape(-1, c), coarse_depth.ravel()
@@ -26,7 +27,7 @@ def bilateral_upsample(at, depth, position, normal, value, coarse_depth, coarse_
     at = np.clip(at, 0, (w - 1, h - 1))
     low = np.minimum(np.floor(at), (max(w - 2, 0), max(h - 2, 0)))
     u, v = (at - low).T.astype(np.float32)
-    total, weights, share = np.zeros((len(at), c), np.float32), *np.zeros((2, len(at)), np.float32)
+    total, weights, shown = np.zeros((len(at), c), np.float32), *np.zeros((2, len(at)), np.float32)
     for j, b in ((0, 1 - v), (1, v)):
         for i, a in ((0, 1 - u), (1, u)):
             row, column = np.minimum(low[:, 1] + j, h - 1), np.minimum(low[:, 0] + i, w - 1)
@@ -40,5 +41,7 @@ def bilateral_upsample(at, depth, position, normal, value, coarse_depth, coarse_
             weight = a * b * np.maximum(like, _LEAST * surface)
             total += weight[:, None] * value[tap]
             weights += weight
-            share += a * b * like
-    return total / np.maximum(weights, np.float32(1e-20))[:, None], share
+            dq = coarse_position[tap] - position
+            same = surface & (a * b > 0) & (dot(normal, coarse_normal[tap]) > 0)
+            shown = np.maximum(shown, same * plane_weight(dq, np.abs(dot(dq, coarse_normal[tap])), scale))
+    return total / np.maximum(weights, np.float32(1e-20))[:, None], shown

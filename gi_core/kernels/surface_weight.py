@@ -26,9 +26,13 @@ def surface_weight(depth, position, normal, tap_depth, tap_position, tap_normal,
     cosine = np.maximum(dot(normal, tap_normal), 0)
     closeness = np.sqrt(np.sqrt(cosine)) if literal else cosine**2 * cosine**2
     dq = tap_position - position
+    plane = plane_weight(dq, np.maximum(np.abs(dot(dq, normal)), np.abs(dot(dq, tap_normal))), scale)
+    return np.maximum(0, 1 - np.abs(depth - tap_depth)) * np.minimum(closeness, 1) * plane
+
+
+def plane_weight(dq, off, scale):
+    """How far points lie in a plane: offsets dq (..., 3) float32, of which `off` (...) is out of it -> (...), 0…1."""
     d2 = dot(dq, dq)
-    off = np.maximum(np.abs(dot(dq, normal)), np.abs(dot(dq, tap_normal)))
     with np.errstate(divide="ignore", invalid="ignore"):
         plane = np.maximum(0, 1 - 2 * off / np.sqrt(d2)) ** 2
-    plane = np.where(d2 < (_NEAR * scale) ** 2, np.float32(1), plane)
-    return np.maximum(0, 1 - np.abs(depth - tap_depth)) * np.minimum(closeness, 1) * plane
+    return np.where(d2 < (_NEAR * scale) ** 2, np.float32(1), plane)

@@ -330,20 +330,23 @@ def test_the_upsample_is_its_definition():
     at = np.stack([rng.uniform(-0.5, w - 0.5, n), rng.uniform(-0.5, h - 0.5, n)], -1).astype(np.float32)
     pick = rng.choice(np.flatnonzero(np.isfinite(depth)), n)
     z, here, up = depth.ravel()[pick], position.reshape(-1, 3)[pick], normal.reshape(-1, 3)[pick]
-    got, share = bilateral_upsample(at, z, here, up, value, depth, position, normal, far, scale)
+    got, shown = bilateral_upsample(at, z, here, up, value, depth, position, normal, far, scale)
     for p in range(n):
         x, y = min(max(float(at[p, 0]), 0), w - 1), min(max(float(at[p, 1]), 0), h - 1)
         i0, j0 = min(math.floor(x), w - 2), min(math.floor(y), h - 2)
-        total, weights, alike = np.zeros(3), 0.0, 0.0
+        total, weights, best = np.zeros(3), 0.0, 0.0
         for j, b in ((j0, 1 - (y - j0)), (j0 + 1, y - j0)):
             for i, a in ((i0, 1 - (x - i0)), (i0 + 1, x - i0)):
                 if np.isfinite(depth[j, i]):
                     like = weight(z[p] / far, here[p], up[p], depth[j, i] / far, position[j, i], normal[j, i], scale)
                     total += a * b * max(like, 1e-4) * value[j, i]
                     weights += a * b * max(like, 1e-4)
-                    alike += a * b * like
+                    dq = (position[j, i] - here[p]).astype(float)
+                    d = math.sqrt(dq @ dq)
+                    plane = 1.0 if d < 0.01 * scale else max(0.0, 1 - 2 * abs(dq @ normal[j, i]) / d) ** 2
+                    best = max(best, plane * (a * b > 0) * (normal[j, i] @ up[p] > 0))
         assert np.allclose(got[p], total / max(weights, 1e-20), rtol=2e-3, atol=1e-5)
-        assert np.isclose(share[p], alike, rtol=1e-3, atol=1e-5)
+        assert np.isclose(shown[p], best, rtol=1e-3, atol=1e-5)
 
 
 def plain_scan(p, position, normal, color, u, thickness, steps, span):
