@@ -20,19 +20,20 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..gi_core import images, lpv
+from ..gi_core import images, lpv, ssgi
 from ..gi_core.geometry import Geometry
 from ..gi_core.receivers import POINT_BYTES, Receiver, Tile, cut, guides, of_camera, of_texels, of_vertices
 from ..gi_core.refine import Estimate
 from ..gi_core.rsm.settings import RsmSettings
 from ..gi_core.scene import Camera
 from ..gi_core.settings import SettingError, Settings
-from ..gi_core.techniques import METHODS
+from ..gi_core.techniques import METHODS, Asked
 from ..gi_core.tile_light import TileLight
-from ..gi_core.tiles import named
+from ..gi_core.tiles import finish, named
 from ..gi_core.trace import Tracer
 from . import denoise, preflight
 from .read.box import box_corners
+from .read.camera import read_cameras
 from .read.images import ImageReader
 
 TARGETS = ("image", "lightmap", "vertices", "volume")
@@ -78,6 +79,12 @@ class Job:
     uv: str = ""
     settings: Settings = field(default_factory=RsmSettings)
 
+    @property
+    def cameras(self) -> tuple[str, ...]:
+        """Names of the cameras whose pictures light the target, empty for the scene's."""
+        names = getattr(self.settings, "cameras", "") if self.target != "image" else ""
+        return tuple(name for text in names.split(",") if (name := text.strip()))
+
     def __post_init__(self):
         if self.method not in METHODS:
             raise NotThere(f"the method '{self.method}' is not there yet; there is {', '.join(METHODS)}")
@@ -116,12 +123,14 @@ class Light:
     direct, indirect: (h, w, 3) float32 of a lightmap, or (v, 3) of vertices.
     valid: (h, w) or (v,) bool, where a surface is.
     centred: bool, same shape: the surface covers the texel's centre, not only a part of it.
+    coverage: float32, same shape, 0…1: how surely a camera saw it; None where no camera is asked.
     """
 
     direct: np.ndarray
     indirect: np.ndarray
     valid: np.ndarray
     centred: np.ndarray
+    coverage: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -132,7 +141,7 @@ class Result:
     light: object name -> Light of lightmaps or vertices, else empty.
     volume: the reflected light everywhere, of the target "volume".
     device: what computed. stages: name -> seconds, in order.
-    approximated, warnings: sentences.
+    approximated, warnings: sentences. history: what the next frame of an animation may go on from.
     """
 
     job: Job
@@ -143,6 +152,7 @@ class Result:
     approximated: tuple[str, ...]
     warnings: tuple[str, ...]
     volume: lpv.Volume | None = None
+    history: ssgi.History | None = None
 
 
 class Stages:
@@ -195,11 +205,12 @@ def bake(
     job: Job,
     output: Path | None = None,
     preview: Preview | None = None,
+    history: ssgi.History | None = None,
 ) -> Iterator[tuple[float, str]]:
     """The light of a scene at its current frame. A generator of (fraction, stage); returns a Result.
 
     output: the folder that files will go to, to be looked at before the work and not after it. preview: is shown what
-    there is after each pass, noisy as it is.
+    there is after each pass, noisy as it is. history: of the frame before, of the same job.
 
     Raises Refused, before any work, where the preflight finds errors.
     """
@@ -213,6 +224,10 @@ def bake(
         )  # fmt: skip
     if any(f.severity == "ERROR" for f in findings):
         raise Refused(findings)
+    with stages.time("read"):
+        cameras = read_cameras(scene, view_layer, job.cameras) or [core.camera]
+    if job.method == "ssgi" and cameras == [None]:
+        raise Refused([preflight.no_camera(scene)])
     with stages.time("trees"):
         tracer = Tracer(Geometry(core))
 
@@ -220,17 +235,18 @@ def bake(
         job = replace(job, settings=replace(job.settings, box=box_corners(job.settings.box, scene)))
     settings, technique = _per_point(job), METHODS[job.method]
     if job.target == "volume":
-        work = named("maps", technique.emit(tracer, None, settings))
+        work = named("maps", technique.emit(tracer, Asked(None), settings))
         volume = yield from stages.follow(work, 0, 1, {"maps": 1.0})
         notes = tuple(f"{f.code}: {f.message}" for f in findings)
         return Result(job, {}, {}, "cpu", stages.seconds, core.approximated, notes, volume)
 
-    camera = _camera(core.camera, job.resolution) if job.target == "image" else None
+    camera = camera_at(core.camera, job.resolution) if job.target == "image" else None
     receivers = _receivers(tracer, job, camera)
     emitted = None
     if job.wants("indirect"):
-        around = guides(tracer, [r.name for r in receivers], camera, _GUIDES)
-        work = named("maps", technique.emit(tracer, around, settings))
+        spread = guides(tracer, [r.name for r in receivers], camera, _GUIDES)
+        asked = Asked(spread, [camera] if camera else cameras, history)
+        work = named("maps", technique.emit(tracer, asked, job.settings))
         emitted = yield from stages.follow(work, 0, _MAPS, {"maps": 1.0})
 
     margin, unit = _margin(settings, camera)
@@ -251,6 +267,7 @@ def bake(
     if settings.denoise == "oidn" and job.target != "vertices":
         yield from stages.follow(named("denoise", _oidn(canvases, technique.noisy(settings))), 1, 0, {})
 
+    views = emitted if job.method == "ssgi" and emitted else []
     with stages.time("layers"):
         for canvas in canvases.values():
             for kind in ("", "Glossy ") if job.glossy else ("",):
@@ -258,10 +275,12 @@ def bake(
         layers, light = {}, {}
         if camera:
             layers = images.camera_layers(canvases[""], camera, scene.render.film_transparent)
+            layers |= {f"SSGI {k}": v for view in views for k, v in view.debug(camera.resolution).items()}
         else:
-            light = {r.name: _light(canvases[r.name], r.shape) for r in receivers}
+            light = {r.name: _light(canvases[r.name], r.shape, _coverage(r, views)) for r in receivers}
     warnings = [f"{f.code}: {f.message}" for f in findings] + _notes(settings, reused, estimates)
-    return Result(job, layers, light, "cpu", stages.seconds, core.approximated, tuple(warnings))
+    carried = views[0].history if views else None
+    return Result(job, layers, light, "cpu", stages.seconds, core.approximated, tuple(warnings), history=carried)
 
 
 def _per_point(job: Job) -> Settings:
@@ -290,7 +309,7 @@ def _receivers(tracer: Tracer, job: Job, camera: Camera | None) -> list[Receiver
     return [of_vertices(tracer.geometry, name) for name in names]
 
 
-def _camera(camera: Camera, side: int | None) -> Camera:
+def camera_at(camera: Camera, side: int | None) -> Camera:
     """The camera with its longer side at so many pixels."""
     if side is None:
         return camera
@@ -355,9 +374,18 @@ def _oidn(canvases: dict[str, dict[str, np.ndarray]], noisy: bool) -> Iterator[f
             canvas[kind] = np.where(valid, part, 0)
 
 
-def _light(canvas: dict[str, np.ndarray], shape: tuple[int, ...]) -> Light:
+def _coverage(receiver: Receiver, views: list[ssgi.View]) -> np.ndarray | None:
+    """How surely cameras saw a receiver's places, 0…1, in its shape; None without cameras."""
+    if not views:
+        return None
+    points, _ = receiver.points(slice(0, receiver.height))
+    _, coverage = finish(ssgi.seen(views, points))
+    return images.spread(coverage[:, None], points.place, (receiver.height, receiver.width)).reshape(receiver.shape)
+
+
+def _light(canvas: dict[str, np.ndarray], shape: tuple[int, ...], coverage: np.ndarray | None) -> Light:
     direct, indirect = (canvas[name].reshape(*shape, 3) / np.float32(np.pi) for name in ("Direct", "Indirect"))
-    return Light(direct, indirect, canvas["Coverage"].reshape(shape) > 0, canvas["Centred"].reshape(shape))
+    return Light(direct, indirect, canvas["Coverage"].reshape(shape) > 0, canvas["Centred"].reshape(shape), coverage)
 
 
 def _notes(settings: Settings, reused: list[tuple[float, int]], estimates: list[Estimate]) -> list[str]:

@@ -11,6 +11,7 @@ Exit codes: 0 done, 2 wrong usage, 3 refused by the preflight, 4 failed, 130 can
 import argparse
 import json
 import os
+import re
 import signal
 import sys
 import time
@@ -23,6 +24,7 @@ import bpy
 from ..gi_core.lpv.grid import memory
 from ..gi_core.settings import SettingError, updated
 from . import preflight
+from .animation import bake_frames
 from .bake import METHODS, Job, NotThere, Refused, Result, bake
 from .compare import compare
 from .compare.report import finite
@@ -73,6 +75,8 @@ def parser(prog: str, takes_scene: bool) -> argparse.ArgumentParser:
         sub.add_argument(
             "--json", action="store_true", help="print one JSON object on standard output and nothing else"
         )
+        if name == "bake":
+            sub.add_argument("--frames", metavar="A-B", help="frames to bake to image.NNNN.exr, one after the other")
         if name == "compare":
             sub.add_argument(
                 "--reference-samples", type=_positive, default=1024, metavar="N", help="Cycles' samples (1024)"
@@ -151,8 +155,33 @@ def _check(arguments: argparse.Namespace, path: Path | None) -> dict:
 
 
 def _bake(arguments: argparse.Namespace, path: Path | None) -> dict:
+    if arguments.frames is not None:
+        return _animation(arguments, path)
     answer, _, _, _ = _baked(arguments, path)
     return answer
+
+
+def _animation(arguments: argparse.Namespace, path: Path | None) -> dict:
+    job, frames = _job(arguments), _frames(arguments.frames)
+    if job.target != "image" or arguments.save is not None or arguments.frame is not None:
+        raise UsageError("--frames bakes camera images to files: another target, --save or --frame do not go with it")
+    scene, view_layer = _open(arguments, path)
+    begin = time.perf_counter()
+    paths = _followed(bake_frames(scene, view_layer, job, frames, _output(arguments)))
+    return {
+        "method": job.method, "target": job.target, "device": "cpu", "stages": {},
+        "seconds": round(time.perf_counter() - begin, 4), "outputs": [str(p) for p in paths], "metrics": None,
+        "approximated": [], "warnings": [],
+    }  # fmt: skip
+
+
+def _frames(text: str) -> range:
+    """ "A-B" as frames; either may be negative."""
+    match = re.fullmatch(r"(-?\d{1,7})-(-?\d{1,7})", text)
+    first, last = (int(n) for n in match.groups()) if match else (1, 0)
+    if first > last or max(-first, last) > 1048574:
+        raise UsageError(f"--frames takes the first and the last frame as A-B, not '{text}'")
+    return range(first, last + 1)
 
 
 def _compare(arguments: argparse.Namespace, path: Path | None) -> dict:
@@ -315,6 +344,6 @@ def _settings_help() -> str:
         for f in fields(technique.settings):
             m = f.metadata
             allowed = "|".join(m["choices"]) if m["choices"] else f"{m['low']}…{m['high']} {m['unit']}".strip()
-            allowed = "true|false" if isinstance(f.default, bool) else allowed
+            allowed = {bool: "true|false", str: allowed if m["choices"] else "text"}.get(type(f.default), allowed)
             lines.append(f"  {f.name} = {f.default}  ({allowed})\n      {m['description']}")
     return "\n".join(lines)

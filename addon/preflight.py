@@ -79,7 +79,7 @@ def inspected(
     camera = scene.camera
     findings = [*_check_output(output), *_check_libraries(), *_check_denoiser(denoise, target)]
     if target == "image" and camera is None:
-        findings.append(_error("NO_CAMERA", "", f"Scene '{scene.name}' has no camera.", "Add one and make it active."))
+        findings.append(no_camera(scene))
     if target == "volume" and not volumes.available():
         message = "This Blender was built without openvdb, which writes volumes."
         findings.append(_error("OPENVDB_MISSING", "", message, "Use Blender's own build, or bake to vertices."))
@@ -100,6 +100,11 @@ def inspected(
 
     core = read_scene(scene, view_layer, checked, look, with_panorama=images is not None, glossy=glossy)
     return sorted(dict.fromkeys(findings), key=lambda finding: finding.severity), core
+
+
+def no_camera(scene: bpy.types.Scene) -> Finding:
+    """What is wrong where a camera is needed and there is none."""
+    return _error("NO_CAMERA", "", f"Scene '{scene.name}' has no camera.", "Add one and make it active.")
 
 
 def _error(code: str, name: str, message: str, remedy: str) -> Finding:

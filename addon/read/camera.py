@@ -2,10 +2,36 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The camera: lens, sensor and lens shift as a window on the plane z = −1."""
 
+from collections.abc import Sequence
+
 import bpy
 import numpy as np
 
 from ...gi_core.scene import Camera
+from ...gi_core.settings import SettingError
+from .render_depsgraph import with_render_depsgraph
+
+
+def read_cameras(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, names: Sequence[str]) -> list[Camera]:
+    """Cameras by their objects' names, as a render at the current frame has them.
+
+    Raises SettingError for a name that is no camera's, or that of one which is not baked.
+    """
+    if not names:
+        return []
+
+    def read(depsgraph: bpy.types.Depsgraph) -> list[Camera]:
+        render = depsgraph.scene_eval.render
+        return [read_camera(scene.objects[name].evaluated_get(depsgraph), render, []) for name in names]
+
+    for name in names:
+        if name not in scene.objects or scene.objects[name].type != "CAMERA":
+            raise SettingError(f"'{name}' is no camera of scene '{scene.name}'")
+    cameras = with_render_depsgraph(scene, view_layer, read)
+    for name, camera in zip(names, cameras):
+        if camera is None:
+            raise SettingError(f"camera '{name}' is neither perspective nor orthographic")
+    return cameras
 
 
 def read_camera(camera: bpy.types.Object, render: bpy.types.RenderSettings, notes: list[str]) -> Camera | None:

@@ -6,6 +6,7 @@ import bpy
 import numpy as np
 
 ATTRIBUTE = "gi_irradiance"
+COVERAGE = "gi_coverage"
 
 
 class AttributeTargetError(ValueError):
@@ -61,3 +62,17 @@ def write_irradiance(irradiance: dict[str, np.ndarray], name: str = ATTRIBUTE) -
         attribute = mesh.attributes.get(name) or mesh.attributes.new(name, "FLOAT_COLOR", "POINT")
         attribute.data.foreach_set("color", rgba.ravel())
         mesh.update()
+
+
+def write_coverage(coverage: dict[str, np.ndarray], name: str = COVERAGE) -> None:
+    """Store (v,) float32 per object as a FLOAT attribute on its mesh's points: how surely a camera saw each, 0…1.
+
+    For objects that `write_irradiance` took. An attribute of ours is overwritten; something else of that name is left,
+    and its object goes without.
+    """
+    for key, values in coverage.items():
+        mesh = bpy.data.objects[key].data
+        attribute = mesh.attributes.get(name) or mesh.attributes.new(name, "FLOAT", "POINT")
+        if (attribute.data_type, attribute.domain) == ("FLOAT", "POINT"):
+            attribute.data.foreach_set("value", values.astype(np.float32))
+            mesh.update()

@@ -10,7 +10,7 @@ import numpy as np
 from ...gi_core import exr
 from ...gi_core.dilate import dilate
 from ..bake import Light, Result
-from .attributes import write_irradiance
+from .attributes import write_coverage, write_irradiance
 from .images import file_stem, save_image, save_png, write_images
 from .volumes import save_volume, store_volume
 
@@ -30,11 +30,12 @@ def store(result: Result, scene: bpy.types.Scene, folder: Path | None = None) ->
         )
         return [image.name for image in made.values()]
     if target == "lightmap":
-        maps = {f"{name} Lightmap": pixels for name, pixels in lightmaps(result).items()}
+        maps = {f"{name} Lightmap": pixels for name, pixels in lightmaps(result).items()} | coverages(result)
         return [image.name for image in write_images(maps).values()]
     if target == "volume":
         return [store_volume(folder / "volume.vdb", result.volume, scene, result.job.settings.blend).name]
     write_irradiance({name: np.float32(np.pi) * wanted(light, result) for name, light in result.light.items()})
+    write_coverage({name: light.coverage for name, light in result.light.items() if light.coverage is not None})
     return list(result.light)
 
 
@@ -48,12 +49,13 @@ def export(result: Result, folder: Path, view_layer: str) -> list[Path]:
     if result.job.target == "volume":
         return [save_volume(folder / "volume.vdb", result.volume, result.job.settings.half)]
     paths, taken = [], set()
-    for name, pixels in lightmaps(result).items():
-        stem, number = f"{name} Lightmap", 1
+    maps = {f"{name} Lightmap": pixels for name, pixels in lightmaps(result).items()} | coverages(result)
+    for name, pixels in maps.items():
+        stem, number = name, 1
         # Names may differ in what a file's name cannot show, or only in case.
         while file_stem(stem).lower() in taken:
             number += 1
-            stem = f"{name} Lightmap {number}"
+            stem = f"{name} {number}"
         taken.add(file_stem(stem).lower())
         paths += save_image(folder, stem, pixels)
     return paths
@@ -74,3 +76,12 @@ def lightmaps(result: Result) -> dict[str, np.ndarray]:
             pixels, filled = dilate(wanted(light, result), light.valid, result.job.settings.margin)
             maps[name] = np.dstack([np.where(filled[..., None], pixels, 0), filled.astype(np.float32)])
     return maps
+
+
+def coverages(result: Result) -> dict[str, np.ndarray]:
+    """"OBJECT Coverage" -> (h, w, 3) float32, how surely a camera saw each texel, 0…1; empty where none was asked."""
+    return {
+        f"{name} Coverage": np.repeat(light.coverage[..., None], 3, -1)
+        for name, light in result.light.items()
+        if light.coverage is not None and light.coverage.ndim == 2
+    }

@@ -1,0 +1,103 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Settings of screen-space global illumination."""
+
+from dataclasses import dataclass, replace
+
+from ..settings import Settings, setting
+
+FALLBACKS = ("none", "sky", "probes", "both")
+PRESETS = {
+    "custom": {},
+    "low": {"steps": 32, "radius": 0.75},
+    "medium": {"steps": 64, "radius": 0.5},
+    "high": {"steps": 128, "radius": 0.5},
+}
+
+
+@dataclass(frozen=True)
+class SsgiSettings(Settings):
+    """How a camera's picture lights itself."""
+
+    mode: str = setting(
+        "mixed",
+        "Where reflected light is looked for: nowhere, on the screen, in the scene by rays, or on the screen and where "
+        "that shows nothing by rays",
+        choices=("off", "screen_space", "ray_traced", "mixed"),
+    )
+    tracer: str = setting(
+        "march",
+        "How the screen is searched: by rays marched through its depth, or by a horizon scan with a visibility bitmask",
+        choices=("march", "bitmask"),
+    )
+    quality: str = setting(
+        "custom",
+        "Steps and radius as HDRP's presets have them: low 32 and 0.75, medium 64 and 0.5, high 128 and 0.5; custom "
+        "takes the settings' own",
+        choices=tuple(PRESETS),
+    )
+    steps: int = setting(64, "Steps of a ray on the screen, or of a scan to either side", low=1, high=1024)
+    mixed_steps: int = setting(48, "Steps of a ray on the screen in mode mixed, before the scene", low=1, high=1024)
+    thickness: float = setting(
+        0.1, "How far what is seen reaches back, as a share of its distance from the camera", low=0.0, high=10.0
+    )
+    full_resolution: bool = setting(True, "Traces at every pixel; off, at one of four, and filters up")
+    frames: int = setting(
+        16,
+        "Passes over each picture; they share out its samples, and each starts from what those before it found",
+        low=1,
+        high=4096,
+    )
+    fallback: str = setting(
+        "both",
+        "Light of rays that meet nothing on the screen: none, the sky where the scene hides it, probes in the scene, "
+        "or probes and the sky beyond their reach",
+        choices=FALLBACKS,
+    )
+    last_bounce: str = setting(
+        "none", "Light that the last point of a traced ray gets besides direct light", choices=FALLBACKS
+    )
+    probe_cells: int = setting(8, "Probes along the longest side of the scene", low=1, high=128)
+    probe_rays: int = setting(256, "Rays of each probe", low=1, high=65536)
+    feedback: str = setting(
+        "current",
+        "What a ray sees on the screen: the present light and as many bounces as asked for, or the previous pass's "
+        "picture, in which each pass adds a bounce (as in HDRP)",
+        choices=("current", "previous"),
+    )
+    ray_length: float = setting(
+        0.0, "How far traced rays go; 0 means through the whole scene (HDRP: 50)", low=0.0, high=1e6, unit="m"
+    )
+    clamp: float = setting(
+        0.0, "The most that a ray brings, in its strongest channel; 0 clamps nothing (HDRP: 7)", low=0.0, high=1e6
+    )
+    accumulation: str = setting(
+        "mean",
+        "How passes and pictures add up: to their true mean, or with HDRP's memory of some 28 passes",
+        choices=("mean", "hdrp"),
+    )
+    radius: float = setting(
+        0.5, "Radius of the diffuse filter; on the screen it is about a fifth of it [m] at a metre", low=0.0, high=10.0
+    )
+    second_pass: bool = setting(True, "Filters a second time, with half the radius")
+    weights: str = setting(
+        "exact",
+        "How much normals may differ in the diffuse filter: as in HDRP, or as the brief has it, which blurs edges",
+        choices=("exact", "literal"),
+    )
+    cameras: str = setting(
+        "",
+        "Cameras whose pictures light lightmaps and vertices, names of objects with commas between; empty means the "
+        "scene's",
+    )
+    debug: bool = setting(False, "Writes what each pass found as layers of the camera image's EXR")
+
+    @property
+    def preset(self) -> "SsgiSettings":
+        """The settings with those of the preset in place."""
+        return replace(self, **PRESETS[self.quality])
+
+    @property
+    def wants_probes(self) -> bool:
+        kinds = {"screen_space": self.fallback, "ray_traced": self.last_bounce, "mixed": self.last_bounce}
+        return kinds.get(self.mode) in ("probes", "both")
