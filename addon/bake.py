@@ -12,7 +12,7 @@ touched: `write` puts a result there. Closing the generator cancels the bake and
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -20,40 +20,31 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..gi_core import images, lpv, rsm, surfels
-from ..gi_core.direct import lamps, surroundings
+from ..gi_core import images, lpv
 from ..gi_core.geometry import Geometry
-from ..gi_core.lpv.settings import LpvSettings
-from ..gi_core.rsm.interpolation import interpolated_indirect
+from ..gi_core.receivers import POINT_BYTES, Receiver, Tile, cut, guides, of_camera, of_texels, of_vertices
+from ..gi_core.refine import Estimate
 from ..gi_core.rsm.settings import RsmSettings
 from ..gi_core.scene import Camera
 from ..gi_core.settings import SettingError, Settings
-from ..gi_core.surfels import Surfels
+from ..gi_core.techniques import METHODS
+from ..gi_core.tile_light import TileLight
+from ..gi_core.tiles import named
 from ..gi_core.trace import Tracer
 from . import denoise, preflight
-from .read import read_scene
 from .read.box import box_corners
+from .read.images import ImageReader
 
-METHODS = {"rsm": RsmSettings, "lpv": LpvSettings}
-
-# What has the `emit` and the `indirect` of each.
-_TECHNIQUES = {"rsm": rsm, "lpv": lpv}
 TARGETS = ("image", "lightmap", "vertices", "volume")
 
 # Side of a lightmap where none is asked for [texels].
 LIGHTMAP_SIDE = 256
 
-# What the stages that take long take of the whole, roughly; the bar follows it.
-_WEIGHTS = {
-    "read": 5,
-    "trees": 3,
-    "points": 7,
-    "lamps": 10,
-    "surroundings": 10,
-    "maps": 10,
-    "gather": 45,
-    "denoise": 10,
-}
+# What maps and tiles take of the whole, roughly; the bar follows it.
+_MAPS, _TILES = 0.1, 0.9
+
+# Points that stand for all that get light where lights are chosen.
+_GUIDES = 1 << 14
 
 
 class NotThere(ValueError):
@@ -98,6 +89,24 @@ class Job:
             raise NotThere("baking on the graphics card is not there yet; use device auto or cpu")
         if self.resolution is not None and not 4 <= self.resolution <= 16384:
             raise SettingError(f"the resolution is {self.resolution}; it goes from 4 to 16384 pixels")
+        if self.glossy and self.target != "image":
+            raise SettingError(
+                f"setting 'glossy' is for the camera image: what glossy surfaces reflect depends on the view, and the "
+                f"target '{self.target}' holds one light for all views"
+            )
+
+    @property
+    def glossy(self) -> bool:
+        """Whether what glossy surfaces reflect to the camera is wanted."""
+        return _glossy(self.settings)
+
+    def wants(self, light: str) -> bool:
+        """Whether "direct" or "indirect" light is asked for; a camera image shows both."""
+        return self.target == "image" or self.settings.light in (light, "combined")
+
+
+def _glossy(settings: Settings) -> bool:
+    return getattr(settings, "glossy", False)
 
 
 @dataclass(frozen=True)
@@ -137,11 +146,10 @@ class Result:
 
 
 class Stages:
-    """Seconds by stage, and how far the whole is."""
+    """Seconds by stage."""
 
     def __init__(self):
         self.seconds: dict[str, float] = {}
-        self._fraction = 0.0
 
     @contextmanager
     def time(self, name: str):
@@ -152,100 +160,108 @@ class Stages:
         finally:
             self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - begin
 
-    def run(self, name: str, work: Iterator[float]) -> Iterator[tuple[float, str]]:
-        """A stage's generator of 0…1 as one of (fraction of all, stage); returns its value."""
-        before = sum(_WEIGHTS[s] for s in self.seconds if s in _WEIGHTS) / sum(_WEIGHTS.values())
-        share = _WEIGHTS[name] / sum(_WEIGHTS.values())
-        with self.time(name):
+    def follow(
+        self, work: Iterator[tuple[str, float]], begin: float, share: float, stages: dict[str, float]
+    ) -> Iterator[tuple[float, str]]:
+        """Work that yields (stage, fraction of the stage), as (fraction of all, stage); returns its value.
+
+        begin, share: where the work begins and what it takes of all. stages: what each takes of the work.
+        """
+        done, latest, furthest, since = 0.0, "", 0.0, time.perf_counter()
+        try:
             while True:
-                try:
-                    self._fraction = max(self._fraction, before + share * next(work))
-                    yield self._fraction, name
-                except StopIteration as stop:
-                    return stop.value
+                stage, fraction = next(work)
+                now = time.perf_counter()
+                self.seconds[stage] = self.seconds.get(stage, 0.0) + now - since
+                if stage != latest:
+                    done, latest = done + stages.get(latest, 0.0), stage
+                # A stage may be several pieces of work, each from 0 to 1.
+                furthest = max(furthest, min(1.0, done + stages.get(stage, 0.0) * fraction))
+                yield begin + share * furthest, stage
+                # What whoever follows does in between is none of the stage's time.
+                since = time.perf_counter()
+        except StopIteration as stop:
+            self.seconds[latest] = self.seconds.get(latest, 0.0) + time.perf_counter() - since
+            return stop.value
+
+
+# Shown a receiver's name ("" for the camera), some of its rows and their light so far, E/π (rows, w, 3) float32.
+Preview = Callable[[str, slice, np.ndarray], None]
 
 
 def bake(
-    scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, job: Job, output: Path | None = None
+    scene: bpy.types.Scene,
+    view_layer: bpy.types.ViewLayer,
+    job: Job,
+    output: Path | None = None,
+    preview: Preview | None = None,
 ) -> Iterator[tuple[float, str]]:
     """The light of a scene at its current frame. A generator of (fraction, stage); returns a Result.
 
-    output: the folder that files will go to, to be looked at before the work and not after it.
+    output: the folder that files will go to, to be looked at before the work and not after it. preview: is shown what
+    there is after each pass, noisy as it is.
 
     Raises Refused, before any work, where the preflight finds errors.
     """
     stages = Stages()
-    yield 0.0, "check"
-    with stages.time("check"):
-        findings = preflight.check(
-            scene, view_layer,
+    yield 0.0, "read"
+    with stages.time("read"):
+        findings, core = preflight.inspected(
+            scene, view_layer, ImageReader(),
             target=job.target, objects=job.objects, uv=job.uv, output=output, denoise=job.settings.denoise,
+            glossy=job.glossy,
         )  # fmt: skip
     if any(f.severity == "ERROR" for f in findings):
         raise Refused(findings)
-
-    yield 0.0, "read"
-    if job.method == "lpv" and job.settings.box:
-        job = replace(job, settings=replace(job.settings, box=box_corners(job.settings.box, scene)))
-    with stages.time("read"):
-        core = read_scene(scene, view_layer)
     with stages.time("trees"):
         tracer = Tracer(Geometry(core))
+
+    if getattr(job.settings, "box", ""):
+        job = replace(job, settings=replace(job.settings, box=box_corners(job.settings.box, scene)))
+    settings, technique = _per_point(job), METHODS[job.method]
     if job.target == "volume":
-        volume = yield from stages.run("maps", lpv.emit(tracer, None, job.settings))
+        work = named("maps", technique.emit(tracer, None, settings))
+        volume = yield from stages.follow(work, 0, 1, {"maps": 1.0})
         notes = tuple(f"{f.code}: {f.message}" for f in findings)
         return Result(job, {}, {}, "cpu", stages.seconds, core.approximated, notes, volume)
-    receivers = yield from stages.run("points", _receivers(tracer, job))
 
-    settings = _per_point(job)
-    points = Surfels.concatenate([r.points for r in receivers])
-    direct_light = yield from stages.run("lamps", lamps(tracer, points, settings.light_samples, settings.seed))
-    around = yield from stages.run("surroundings", surroundings(tracer, points, settings.samples, settings.seed))
-    lighting = yield from stages.run("maps", _TECHNIQUES[job.method].emit(tracer, points, settings))
-    gathering = _gathered(tracer, points, lighting, settings, job)
-    indirect_light, notes = yield from stages.run("gather", gathering)
-    if settings.denoise != "none":
-        noisy = np.concatenate([around, indirect_light], -1)
-        clean = yield from stages.run("denoise", _denoised(receivers, noisy, settings, tracer))
-        around, indirect_light = clean[:, :3], clean[:, 3:]
-    direct_light += around
+    camera = _camera(core.camera, job.resolution) if job.target == "image" else None
+    receivers = _receivers(tracer, job, camera)
+    emitted = None
+    if job.wants("indirect"):
+        around = guides(tracer, [r.name for r in receivers], camera, _GUIDES)
+        work = named("maps", technique.emit(tracer, around, settings))
+        emitted = yield from stages.follow(work, 0, _MAPS, {"maps": 1.0})
+
+    margin, unit = _margin(settings, camera)
+    cutting = cut(receivers, (settings.memory << 20) // POINT_BYTES, margin, unit)
+    whole, done = sum(np.prod(tile.shape) for tile in cutting), 0.0
+    canvases: dict[str, dict[str, np.ndarray]] = {receiver.name: {} for receiver in receivers}
+    names, reused, estimates = _kept_layers(settings, camera), [], []
+    for tile in cutting:
+        share = float(np.prod(tile.shape) / whole)
+        light = TileLight(tracer, technique, settings, emitted, job.wants("direct"), camera, share, reused)
+        seen = _shown(preview, tile) if preview else None
+        work = light.on(tile, seen)
+        found, estimate = yield from stages.follow(work, _MAPS + _TILES * done, _TILES * share, light.stages)
+        done += share
+        estimates.append(estimate)
+        for receiver, rows, kept in tile.kept():
+            _put(canvases[receiver.name], found, names, receiver, rows, kept)
+    if settings.denoise == "oidn" and job.target != "vertices":
+        yield from stages.follow(named("denoise", _oidn(canvases, technique.noisy(settings))), 1, 0, {})
 
     with stages.time("layers"):
-        lit = list(zip(receivers, _split(receivers, direct_light), _split(receivers, indirect_light)))
+        for canvas in canvases.values():
+            for kind in ("", "Glossy ") if job.glossy else ("",):
+                canvas[f"{kind}Direct"] = canvas.pop(f"{kind}Lamps") + canvas.pop(f"{kind}Around")
         layers, light = {}, {}
-        if job.target == "image":
-            [(receiver, there, here)] = lit
-            camera = _camera(core.camera, job.resolution)
-            transparent = scene.render.film_transparent
-            layers = images.camera_layers(
-                receiver.points, there, here, camera, core.environment, settings.antialias, transparent
-            )
+        if camera:
+            layers = images.camera_layers(canvases[""], camera, scene.render.film_transparent)
         else:
-            light = {r.name: r.light(there, here) for r, there, here in lit}
-    warnings = (*(f"{f.code}: {f.message}" for f in findings), *notes)
-    return Result(job, layers, light, "cpu", stages.seconds, core.approximated, warnings)
-
-
-@dataclass(frozen=True)
-class _Receiver:
-    """The points of an image, a lightmap or a mesh's vertices.
-
-    shape: (h, w) or (v,) of what they are places in. subpixels: of a pixel along each axis.
-    """
-
-    name: str
-    points: Surfels
-    shape: tuple[int, ...]
-    centred: np.ndarray
-    subpixels: int = 1
-
-    def light(self, direct_light: np.ndarray, indirect_light: np.ndarray) -> Light:
-        count = int(np.prod(self.shape))
-        values = np.zeros((2, count, 3), np.float32)
-        values[:, self.points.place] = direct_light / np.pi, indirect_light / np.pi
-        masks = np.zeros((2, count), bool)
-        masks[0, self.points.place], masks[1, self.points.place] = True, self.centred
-        return Light(*values.reshape(2, *self.shape, 3), *masks.reshape(2, *self.shape))
+            light = {r.name: _light(canvases[r.name], r.shape) for r in receivers}
+    warnings = [f"{f.code}: {f.message}" for f in findings] + _notes(settings, reused, estimates)
+    return Result(job, layers, light, "cpu", stages.seconds, core.approximated, tuple(warnings))
 
 
 def _per_point(job: Job) -> Settings:
@@ -254,41 +270,24 @@ def _per_point(job: Job) -> Settings:
     if job.target != "image":
         return settings
     share = settings.antialias**2
-    return replace(settings, samples=-(-settings.samples // share), light_samples=-(-settings.light_samples // share))
+    return replace(
+        settings,
+        samples=-(-settings.samples // share),
+        light_samples=-(-settings.light_samples // share),
+        # Of a subpixel, whose pixel is the mean of all.
+        noise_threshold=min(1.0, settings.noise_threshold * share),
+    )
 
 
-def _gathered(tracer: Tracer, points: Surfels, lighting, settings: Settings, job: Job) -> Iterator[float]:
-    """Reflected light at all points: a generator of progress; returns (n, 3) irradiance and sentences about it."""
-    if job.method != "rsm" or job.target != "image" or settings.interpolation == 1:
-        return (yield from _TECHNIQUES[job.method].indirect(tracer, points, lighting, settings)), []
-    camera = _camera(tracer.geometry.scene.camera, job.resolution)
-    irradiance, share = yield from interpolated_indirect(tracer, points, lighting, settings, camera, settings.antialias)
-    return irradiance, [f"interpolation: {share:.1%} of the image's points reuse their neighbours' light"]
-
-
-def _receivers(tracer: Tracer, job: Job) -> Iterator[float]:
-    """What gets light: a generator of progress; returns a list of _Receiver."""
-    scene = tracer.geometry.scene
-    if job.target == "image":
-        camera, subpixels = _camera(scene.camera, job.resolution), job.settings.antialias
-        points = yield from surfels.from_camera(tracer, camera, subpixels)
-        shape = (camera.resolution[1] * subpixels, camera.resolution[0] * subpixels)
-        return [_Receiver("", points, shape, np.ones(len(points), bool), subpixels)]
-
-    receivers = []
-    names = job.objects or tuple(i.name for i in scene.instances if not i.is_copy)
-    side = job.resolution or LIGHTMAP_SIDE
-    for k, name in enumerate(names):
-        if job.target == "lightmap":
-            points, centred = surfels.from_texels(tracer.geometry, name, job.uv, (side, side))
-            shape = (side, side)
-        else:
-            points = surfels.from_vertices(tracer.geometry, name)
-            centred = np.ones(len(points), bool)
-            shape = (len(tracer.geometry.mesh_of(name)[0].vertices),)
-        receivers.append(_Receiver(name, points, shape, centred))
-        yield (k + 1) / len(names)
-    return receivers
+def _receivers(tracer: Tracer, job: Job, camera: Camera | None) -> list[Receiver]:
+    """What gets light."""
+    if camera:
+        return [of_camera(tracer, camera, job.settings.antialias)]
+    names = job.objects or tuple(i.name for i in tracer.geometry.scene.instances if not i.is_copy)
+    if job.target == "lightmap":
+        side = job.resolution or LIGHTMAP_SIDE
+        return [of_texels(tracer.geometry, name, job.uv, side) for name in names]
+    return [of_vertices(tracer.geometry, name) for name in names]
 
 
 def _camera(camera: Camera, side: int | None) -> Camera:
@@ -299,24 +298,76 @@ def _camera(camera: Camera, side: int | None) -> Camera:
     return replace(camera, resolution=tuple(max(1, round(n * side / longer)) for n in camera.resolution))
 
 
-def _split(receivers: list[_Receiver], values: np.ndarray) -> list[np.ndarray]:
-    """Values of all points, by receiver."""
-    return np.split(values, np.cumsum([len(r.points) for r in receivers])[:-1])
+def _margin(settings: Settings, camera: Camera | None) -> tuple[int, int]:
+    """Rows beyond its own that a tile works out, so that filters find their neighbours, and rows that stay together."""
+    subpixels = settings.antialias if camera else 1
+    cell = getattr(settings, "interpolation", 1) * subpixels if camera else 1
+    margin = images.reach(settings.denoise_passes) if settings.denoise == "bilateral" else 0
+    margin += cell if cell > subpixels else 0
+    return -(-margin // cell) * cell, cell
 
 
-def _denoised(
-    receivers: list[_Receiver], irradiance: np.ndarray, settings: Settings, tracer: Tracer
-) -> Iterator[float]:
-    """Irradiance smoothed in those receivers that are images: (n, c). A generator of progress; returns the values."""
-    parts = _split(receivers, irradiance)
-    for k, receiver in enumerate(receivers):
-        if len(receiver.shape) != 2:
-            continue
-        points, resolution = receiver.points, receiver.shape[::-1]
-        # A lightmap goes on under walls; what a camera sees does not.
-        walls = tracer if receiver.name else None
-        if settings.denoise == "oidn":
-            parts[k] = yield from denoise.smoothed(parts[k], points, resolution, receiver.subpixels)
-        else:
-            parts[k] = yield from images.smoothed(parts[k], points, resolution, settings.denoise_passes, walls)
-    return np.concatenate(parts)
+def _shown(preview: Preview, tile: Tile) -> Callable[[dict[str, np.ndarray]], None]:
+    """Hands a tile's layers on to a preview, receiver by receiver."""
+
+    def show(layers: dict[str, np.ndarray]):
+        light = (layers["Lamps"] + layers["Around"] + layers["Indirect"]) / np.float32(np.pi)
+        for receiver, rows, kept in tile.kept():
+            preview(receiver.name, _pixels(kept, receiver), light[_pixels(rows, receiver)])
+
+    return show
+
+
+def _pixels(rows: slice, receiver: Receiver) -> slice:
+    """Rows of subpixels as rows of pixels."""
+    return slice(rows.start // receiver.subpixels, rows.stop // receiver.subpixels)
+
+
+def _kept_layers(settings: Settings, camera: Camera | None) -> set[str]:
+    """Layers that the result or the denoiser needs: a hundred large lightmaps have no memory to give away."""
+    light = {"Lamps", "Around", "Indirect", "Coverage", "Centred"}
+    guides = {"Color", "Normal", "Position"} if camera or settings.denoise == "oidn" else set()
+    gloss = {"Glossy Lamps", "Glossy Around", "Glossy Indirect", "Glossy Color"} if _glossy(settings) else set()
+    return light | guides | gloss | ({"Emission", "Sky"} if camera else set())
+
+
+def _put(
+    canvas: dict[str, np.ndarray], found: dict[str, np.ndarray], names: set[str], receiver: Receiver, rows, kept
+):
+    """Copies the rows of a tile that are kept to the receiver's rows that they are."""
+    height = receiver.height // receiver.subpixels
+    for name in names:
+        layer = found[name]
+        if name not in canvas:
+            canvas[name] = np.zeros((height, *layer.shape[1:]), layer.dtype)
+        canvas[name][_pixels(kept, receiver)] = layer[_pixels(rows, receiver)]
+
+
+def _oidn(canvases: dict[str, dict[str, np.ndarray]], noisy: bool) -> Iterator[float]:
+    """Takes the noise out of all images; noisy: out of reflected light too. A generator of progress."""
+    found = list(canvases.values())
+    kinds = ["Around", *(["Indirect"] if noisy else []), "Glossy Around", "Glossy Indirect"]
+    kinds = [kind for kind in kinds if any(kind in canvas for canvas in found)]
+    clean = yield from denoise.smoothed([np.concatenate([c[k] for k in kinds], -1) for c in found], found)
+    for canvas, light in zip(found, clean):
+        for kind, part in zip(kinds, np.split(light, len(kinds), axis=-1)):
+            valid = canvas["Glossy Color" if kind.startswith("Glossy") else "Coverage"].any(-1, keepdims=True)
+            canvas[kind] = np.where(valid, part, 0)
+
+
+def _light(canvas: dict[str, np.ndarray], shape: tuple[int, ...]) -> Light:
+    direct, indirect = (canvas[name].reshape(*shape, 3) / np.float32(np.pi) for name in ("Direct", "Indirect"))
+    return Light(direct, indirect, canvas["Coverage"].reshape(shape) > 0, canvas["Centred"].reshape(shape))
+
+
+def _notes(settings: Settings, reused: list[tuple[float, int]], estimates: list[Estimate]) -> list[str]:
+    """Sentences on how the light was found."""
+    notes = []
+    if reused:
+        share = sum(n for n, _ in reused) / max(1, sum(n for _, n in reused))
+        notes.append(f"interpolation: {share:.1%} of the image's points reuse their neighbours' light")
+    if settings.noise_threshold or settings.time_limit:
+        samples = min(estimate.samples for estimate in estimates)
+        noise = max(estimate.noise for estimate in estimates)
+        notes.append(f"refinement: {samples} samples for each point, relMSE {noise:.2g} by the spread of passes")
+    return notes

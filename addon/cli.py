@@ -142,7 +142,7 @@ def _check(arguments: argparse.Namespace, path: Path | None) -> dict:
     findings = preflight.check(
         scene, view_layer,
         target=job.target, objects=job.objects, uv=job.uv, output=_output(arguments),
-        denoise=job.settings.denoise,
+        denoise=job.settings.denoise, glossy=job.glossy,
     )  # fmt: skip
     if any(f.severity == "ERROR" for f in findings):
         raise Refused(findings)
@@ -215,7 +215,7 @@ def _job(arguments: argparse.Namespace) -> Job:
         target=arguments.target,
         objects=tuple(dict.fromkeys(name for text in arguments.objects.split(",") if (name := text.strip()))),
         resolution=arguments.resolution,
-        settings=updated(METHODS[arguments.method](), texts),
+        settings=updated(METHODS[arguments.method].settings(), texts),
     )
 
 
@@ -310,9 +310,9 @@ def _table(answer: dict) -> str:
 
 def _settings_help() -> str:
     lines = []
-    for method, kind in METHODS.items():
+    for method, technique in METHODS.items():
         lines.append(f"settings of {method} (--set KEY=VALUE):")
-        for f in fields(kind):
+        for f in fields(technique.settings):
             m = f.metadata
             allowed = "|".join(m["choices"]) if m["choices"] else f"{m['low']}…{m['high']} {m['unit']}".strip()
             allowed = "true|false" if isinstance(f.default, bool) else allowed

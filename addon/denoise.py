@@ -14,10 +14,9 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..gi_core import exr, images, tiles
+from ..gi_core import exr, tiles
 from ..gi_core.dilate import dilate
 from ..gi_core.filter import smooth
-from ..gi_core.surfels import Surfels
 from .read.render_depsgraph import own_render_slot
 
 # The denoiser is given the image with its mirror image around it, to this distance and this side at least [px]: at the
@@ -27,8 +26,8 @@ _FRAME, _SIDE = 8, 32
 # What lies beyond a border is made up to this distance [px], by a filter of so many passes.
 _MARGIN, _PASSES = 4, 3
 
-# Albedo up to which light counts at least, where a pixel's subpixels are weighed by it: black surfaces are lit too.
-_DARK = 1e-3
+# Pixels that go through the denoiser at once, where images are small: each time costs as much as a million pixels.
+_PIXELS = 1 << 21
 
 
 class DenoiserMissing(RuntimeError):
@@ -51,8 +50,7 @@ def oidn(image: np.ndarray, albedo: np.ndarray | None = None, normal: np.ndarray
         if bad := np.count_nonzero(~np.isfinite(pixels).all(-1)):
             raise ValueError(f"cannot denoise: {name} has {bad} pixels that are not finite numbers")
     height, width = image.shape[:2]
-    frame = [(_FRAME, max(_FRAME, _SIDE - height)), (_FRAME, max(_FRAME, _SIDE - width)), (0, 0)]
-    noisy = {name: np.pad(pixels, frame, mode="symmetric") for name, pixels in inputs.items()}
+    noisy = {name: _framed(pixels) for name, pixels in inputs.items()}
     clean = _composited(noisy)
     # Without the library the node hands its input on, and says so nowhere.
     if np.array_equal(clean, noisy["Image"]) and np.ptp(clean) > 0:
@@ -69,36 +67,60 @@ def is_available() -> bool:
     return True
 
 
-def smoothed(irradiance: np.ndarray, surfels: Surfels, resolution: tuple[int, int], subpixels: int) -> Iterator[float]:
-    """Irradiance of an image's surfels, denoised by whole pixels: each gets its pixel's, so that the pixel's light over
-    its colour is just what the denoiser gave.
+def smoothed(light: list[np.ndarray], found: list[dict[str, np.ndarray]]) -> Iterator[float]:
+    """Images of irradiance without their noise: (h, w, 3 k) each. A generator of progress; returns a list of the same.
 
-    irradiance: (n, 3 k). resolution: (width, height) in subpixels; `subpixels`: of a pixel along each axis.
-    A generator of progress; returns (n, 3 k) float32. Raises what `oidn` raises.
+    found: for each image what lies there: "Color", "Normal", "Position" (h, w, 3) and "Coverage" (h, w, 1).
+    Small images go through the denoiser together. Raises what `oidn` raises.
     """
+    prepared = [_prepared(*each) for each in zip(light, found)]
+    clean: list[list[np.ndarray]] = [[] for _ in light]
+    groups = _together([guides.shape for _, guides in prepared])
+    layers = max((image.shape[2] // 3 for image in light), default=0)
+    for k in range(layers):
+        for done, group in enumerate(groups):
+            yield (k + done / len(groups)) / layers
+            stacked, guides = (np.concatenate([prepared[i][part] for i in group]) for part in (0, 1))
+            noisy = stacked[..., 3 * k : 3 * k + 3]
+            smooth = oidn(noisy, guides[..., :3], guides[..., 3:]) if noisy.any() else noisy
+            ends = np.cumsum([len(prepared[i][1]) for i in group])
+            for i, image in zip(group, np.split(smooth, ends[:-1])):
+                h, w = light[i].shape[:2]
+                clean[i].append(image[_FRAME : _FRAME + h, _FRAME : _FRAME + w])
+    return [np.concatenate(parts, -1) if parts else image for parts, image in zip(clean, light)]
 
-    def mean(values: np.ndarray, weight: np.ndarray) -> np.ndarray:
-        return images.by_pixel(values, weight, surfels, resolution, subpixels)
 
-    one = np.ones((len(surfels), 1), np.float32)
-    valid = mean(one, one)[..., 0] > 0
-    guides = np.concatenate([mean(surfels.albedo, one), mean(surfels.normal, one)], -1)
-    position = mean(surfels.position, one)
-    grown, _ = dilate(guides, valid, _MARGIN)
-    parts = np.split(irradiance, irradiance.shape[1] // 3, axis=1)
-    for k, part in enumerate(parts):
-        yield k / len(parts)
-        if not part.any():
-            continue
-        light = mean(part, surfels.albedo + np.float32(_DARK))
-        if not valid.all():
-            # Black beyond the border would darken it, and single noisy pixels drawn out would be taken for light.
-            filled = tiles.finish(smooth(light, position, guides[..., 3:], _PASSES))
-            filled, _ = dilate(filled, valid, _MARGIN)
-            light = np.where(valid[..., None], light, filled)
-        clean = oidn(light, grown[..., :3], grown[..., 3:])
-        parts[k] = images.of_pixels(clean, surfels, subpixels)
-    return np.concatenate(parts, axis=1)
+def _prepared(light: np.ndarray, found: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Light and guides (…, 6) of an image, continued beyond its islands and its border."""
+    valid = found["Coverage"][..., 0] > 0
+    guides = np.concatenate([found["Color"], found["Normal"]], -1)
+    if not valid.all():
+        # Black beyond the border would darken it, and single noisy pixels drawn out would be taken for light.
+        filled = tiles.finish(smooth(light, found["Position"], found["Normal"], _PASSES))
+        filled, _ = dilate(filled, valid, _MARGIN)
+        light = np.where(valid[..., None], light, filled)
+        guides, _ = dilate(guides, valid, _MARGIN)
+    return _framed(light), _framed(guides)
+
+
+def _framed(image: np.ndarray) -> np.ndarray:
+    """An image with its mirror image around it."""
+    height, width = image.shape[:2]
+    return np.pad(image, [(_FRAME, max(_FRAME, _SIDE - n)) for n in (height, width)] + [(0, 0)], mode="symmetric")
+
+
+def _together(shapes: list[tuple[int, ...]]) -> list[list[int]]:
+    """Numbers of images to go through the denoiser at once: of one width, and not too many pixels."""
+    groups: list[list[int]] = []
+    count = 0
+    for i, (height, width, _) in enumerate(shapes):
+        if groups and width == shapes[groups[-1][0]][1] and count + height * width <= _PIXELS:
+            groups[-1].append(i)
+            count += height * width
+        else:
+            groups.append([i])
+            count = height * width
+    return groups
 
 
 def _composited(inputs: dict[str, np.ndarray]) -> np.ndarray:

@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Everything that would make a bake fail or come out black, found before it starts.
 
-The scene is read as the bake will read it, all but the pixels of images, so that what is said here is what happens
-there. Codes are part of the interface: scripts compare them, so they keep their names.
+The scene is looked at as it is read for the bake, so that what is said here is what happens there. Codes are part of
+the interface: scripts compare them, so they keep their names.
 """
 
 import os
@@ -16,9 +16,9 @@ import numpy as np
 
 from ..gi_core.scene import Camera, Mesh, Scene, Texture
 from . import denoise as denoiser
-from .read import read_depsgraph
+from .read import read_scene
+from .read.images import ImageReader
 from .read.nodes import Reading
-from .read.render_depsgraph import with_render_depsgraph
 from .write import volumes
 from .write.attributes import AttributeTargetError, check_targets
 
@@ -45,22 +45,34 @@ class Finding:
     remedy: str
 
 
-def check(
+def check(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, **job) -> list[Finding]:
+    """What stands in the way of a bake of `view_layer` of `scene`, errors first; `job` as for `inspected`.
+
+    The pixels of images are not read.
+    """
+    findings, _ = inspected(scene, view_layer, None, **job)
+    return findings
+
+
+def inspected(
     scene: bpy.types.Scene,
     view_layer: bpy.types.ViewLayer,
+    images: ImageReader | None,
     target: str = "image",
     objects: Sequence[str] = (),
     uv: str = "",
     output: str | Path | None = None,
     denoise: str = "bilateral",
-) -> list[Finding]:
-    """What stands in the way of a bake of `view_layer` of `scene`, errors first.
+    glossy: bool = False,
+) -> tuple[list[Finding], Scene]:
+    """What stands in the way of a bake of `view_layer` of `scene`, errors first, and the scene as it was read.
 
+    images: reads textures; with None each is one white pixel, and the scene is good for nothing but findings.
     target: "image", "lightmap", "vertices" or "volume".
     objects: names of the objects that get results; empty for all that render.
     uv: name of the UV map that lightmaps lie on; "" for each mesh's active one.
     output: path of the folder for files; None where none are written.
-    denoise: how noise is taken out, as in the settings.
+    denoise: how noise is taken out, as in the settings. glossy: whether glossy surfaces are baked.
 
     The file is not changed. Raises RuntimeError where Blender cannot render now.
     """
@@ -71,24 +83,23 @@ def check(
     if target == "volume" and not volumes.available():
         message = "This Blender was built without openvdb, which writes volumes."
         findings.append(_error("OPENVDB_MISSING", "", message, "Use Blender's own build, or bake to vertices."))
+    checked = _CheckedImages(images)
 
-    def look(depsgraph: bpy.types.Depsgraph) -> Iterator[Finding]:
-        images = _ImageCheck()
-        core = read_depsgraph(depsgraph, camera, images)
-        yield from images.findings
-        yield from _check_lights(depsgraph)
-        yield from _check_light(core, scene)
-        yield from _check_geometry(core, objects)
-        yield from _check_receivers(core, scene, target, objects)
+    def look(core: Scene, depsgraph: bpy.types.Depsgraph):
+        findings.extend(checked.findings)
+        findings.extend(_check_lights(depsgraph))
+        findings.extend(_check_light(core, scene))
+        findings.extend(_check_geometry(core, objects))
+        findings.extend(_check_receivers(core, scene, target, objects))
         if target == "image" and camera:
-            yield from _check_camera(core, camera)
+            findings.extend(_check_camera(core, camera))
         if target == "lightmap":
-            yield from _check_uvs(core, objects, uv)
+            findings.extend(_check_uvs(core, objects, uv))
         if target == "vertices":
-            yield from _check_vertices(core, scene, objects)
+            findings.extend(_check_vertices(core, scene, objects))
 
-    findings += with_render_depsgraph(scene, view_layer, lambda depsgraph: list(look(depsgraph)))
-    return sorted(dict.fromkeys(findings), key=lambda finding: finding.severity)
+    core = read_scene(scene, view_layer, checked, look, with_panorama=images is not None, glossy=glossy)
+    return sorted(dict.fromkeys(findings), key=lambda finding: finding.severity), core
 
 
 def _error(code: str, name: str, message: str, remedy: str) -> Finding:
@@ -132,11 +143,12 @@ def _check_denoiser(denoise: str, target: str) -> Iterator[Finding]:
         yield _error("DENOISER_MISSING", "", message, "Use denoise=bilateral.")
 
 
-class _ImageCheck:
-    """Stands in for the reader of images: says which cannot be read and spares the reading."""
+class _CheckedImages:
+    """Stands before the reader of images: keeps from it what cannot be read."""
 
-    def __init__(self):
+    def __init__(self, reader: ImageReader | None):
         self.findings: list[Finding] = []
+        self._reader = reader
 
     def texture(self, node: bpy.types.Node, reading: Reading, channels: str = "COLOR") -> Texture:
         image = node.image
@@ -146,6 +158,8 @@ class _ImageCheck:
         elif not image.original.size[0]:  # the original keeps what is loaded to answer this
             message = f"{reading.owner}: image '{image.name}' cannot be read from '{image.filepath}'."
             self.findings.append(_error("MISSING_IMAGE", image.name, message, "Relink the file or pack it."))
+        elif self._reader:
+            return self._reader.texture(node, reading, channels)
         return Texture("", np.ones((1, 1, 3), np.float32))
 
 

@@ -8,31 +8,38 @@ import numpy as np
 
 from . import environment as beyond
 from . import tiles
-from .emitters import emitters
 from .environment import Sky
 from .gathering import gathered, strided
 from .lights import towards
 from .near import NearField, short_rays, summed
-from .sampling import cosine_hemisphere, hash01, r2_sequence, rotated
+from .sampling import Samples, cosine_hemisphere, hash01, r2_sequence, rotated
 from .scene import Light
 from .surfels import Surfels
-from .trace import FAR, Tracer, offset
-from .vectors import dot, lit
-from .vpls import Vpls
+from .trace import FAR, Tracer
+from .vectors import dot, lit, offset
 
 # Points times samples worked on at once by a thread; what stays in a core's cache is three times as fast.
 _PAIRS = 1 << 15
 
-# Points that stand for all emitting surfaces.
-EMITTERS = 1 << 17
+
+# Points on emitting surfaces that are looked at for each shadow ray.
+_CANDIDATES = 4
+
+# A surface's BRDF towards its viewer: rows of the surfels (m,), unit directions to the light (m, 3) -> (m, 3) [1/sr].
+Brdf = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 def _is_hard(light: Light) -> bool:
     return {"SUN": light.angle, "AREA": 1.0}.get(light.kind, light.radius) <= 0
 
 
-def from_lamp(tracer: Tracer, surfels: Surfels, light: Light, samples: int, seed: int) -> np.ndarray:
-    """Irradiance from one lamp: (n, 3) float32 [W/m²], the mean of `samples` stratified points on it."""
+def from_lamp(
+    tracer: Tracer, surfels: Surfels, light: Light, samples: int, seed: int, brdf: Brdf | None = None
+) -> np.ndarray:
+    """Irradiance from one lamp: (n, 3) float32 [W/m²], the mean of `samples` stratified points on it.
+
+    brdf: weighs it by what the surface reflects, for radiance [W/(m²·sr)] instead.
+    """
     samples = 1 if _is_hard(light) else samples
     n = len(surfels)
     u = rotated(r2_sequence(samples), surfels.place, seed).reshape(-1, 2)
@@ -51,23 +58,27 @@ def from_lamp(tracer: Tracer, surfels: Surfels, light: Light, samples: int, seed
         cosine[shone] *= tracer.transmittance(origin, arrival.direction[shone], far)
     irradiance = np.zeros((n * samples, 3), np.float32)
     irradiance[shone] = arrival.irradiance[shone] * cosine[shone, None]
+    if brdf:
+        irradiance[shone] *= brdf(row[shone], arrival.direction[shone])
     return irradiance.reshape(n, samples, 3).mean(1)
 
 
-def from_environment(tracer: Tracer, surfels: Surfels, sky: Sky, samples: int, seed: int) -> np.ndarray:
-    """Irradiance from what lies beyond the scene, or a part of it: (n, 3) float32 [W/m²].
+def from_environment(
+    tracer: Tracer, surfels: Surfels, sky: Sky, samples: Samples, seed: int, brdf: Brdf | None = None
+) -> np.ndarray:
+    """Irradiance from what lies beyond the scene, or a part of it: (n, 3) float32 [W/m²]. brdf: as for `from_lamp`.
 
     A share of the rays, the sky's own, goes where its light comes from, the rest is cosine-distributed, and each counts
     by the density of both kinds together (the balance heuristic, Veach 1995).
     """
-    n = len(surfels)
-    u = rotated(r2_sequence(samples), surfels.place, seed).reshape(-1, 2)
-    row = np.repeat(np.arange(n), samples)
+    n, count = len(surfels), samples.count
+    u = rotated(r2_sequence(count, samples.first), surfels.place, seed).reshape(-1, 2)
+    row = np.repeat(np.arange(n), count)
     normal = surfels.normal[row]
     direction = cosine_hemisphere(normal, u)
     if sky.share:
         # Of an odd number of rays a point has one more of either kind, by chance.
-        turn = (np.arange(samples) + hash01(surfels.place, ~seed)[:, None]) / samples
+        turn = (np.arange(count) + hash01(surfels.place, ~seed + samples.first)[:, None]) / count
         drawn = np.flatnonzero(turn.ravel() < sky.share)
         direction[drawn] = sky.sample(u[drawn])
     cosine = dot(normal, direction)
@@ -79,9 +90,11 @@ def from_environment(tracer: Tracer, surfels: Surfels, sky: Sky, samples: int, s
         density = (1 - sky.share) * cosine[up] / np.pi + sky.share * sky.pdf(direction[up])
         # By rounding a ray may leave the light that it was drawn from.
         worth = np.divide(cosine[up], density, out=np.zeros(len(up)), where=density > 0).astype(np.float32)[:, None]
-    arrived = np.zeros((n * samples, 3), np.float32)
+    arrived = np.zeros((n * count, 3), np.float32)
     arrived[up] = worth * seen * sky.radiance(direction[up])
-    return arrived.reshape(n, samples, 3).mean(1)
+    if brdf:
+        arrived[up] *= brdf(row[up], direction[up])
+    return arrived.reshape(n, count, 3).mean(1)
 
 
 def from_lamps(tracer: Tracer, surfels: Surfels, samples: int, seed: int) -> np.ndarray:
@@ -93,21 +106,23 @@ def from_lamps(tracer: Tracer, surfels: Surfels, samples: int, seed: int) -> np.
     for k, light in enumerate(tracer.geometry.scene.lights):
         irradiance += from_lamp(tracer, surfels, light, samples, seed * 1024 + k)
     if tracer.suns:
-        irradiance += from_environment(tracer, surfels, tracer.suns, samples, seed * 1024 + 1021)
+        irradiance += from_environment(tracer, surfels, tracer.suns, Samples(samples), seed * 1024 + 1021)
     return irradiance
 
 
-def from_surroundings(tracer: Tracer, surfels: Surfels, glow: Vpls, samples: int, seed: int) -> np.ndarray:
+def from_surroundings(tracer: Tracer, surfels: Surfels, samples: Samples, seed: int) -> np.ndarray:
     """Irradiance from emitting surfaces and the environment but its suns, all points at once: (n, 3) float32 [W/m²].
 
-    glow: what `emitters` made of the emitting surfaces. samples: for all of them together, and for the environment.
+    samples: for all emitting surfaces together, and for the environment.
     """
     irradiance = np.zeros((len(surfels), 3), np.float32)
+    glow = tracer.glow
     if len(glow):
         field = NearField.of(glow, samples)
-        irradiance += gathered(tracer, surfels, glow, strided(glow, samples, seed), bound=field.clamp)
+        pattern = strided(glow, samples, seed, _CANDIDATES)
+        irradiance += gathered(tracer, surfels, glow, pattern, bound=field.clamp, candidates=_CANDIDATES)
         row, met, share = short_rays(tracer, surfels, field, seed)
-        irradiance += summed(row, np.pi * met.emission * share[:, None], len(surfels)) / field.rays
+        irradiance += summed(row, np.pi * met.emission * share[:, None], len(surfels)) / field.rays.count
     if not beyond.is_black(tracer.geometry.scene.environment):
         irradiance += from_environment(tracer, surfels, tracer.sky, samples, seed * 1024 + 1023)
     return irradiance
@@ -118,14 +133,15 @@ def lamps(tracer: Tracer, surfels: Surfels, samples: int, seed: int) -> Iterator
     return (yield from _tiled(lambda here: from_lamps(tracer, here, samples, seed), surfels, samples))
 
 
-def surroundings(tracer: Tracer, surfels: Surfels, samples: int, seed: int) -> Iterator[float]:
+def surroundings(tracer: Tracer, surfels: Surfels, samples: Samples, seed: int) -> Iterator[float]:
     """`from_surroundings` for any number of surfels, tile by tile. A generator; returns (n, 3) float32 [W/m²].
 
     Such light comes from all around and is as smooth, and as noisy, as reflected light: it may be filtered with it,
     which a lamp's shadows may not.
     """
-    glow = emitters(tracer.geometry, EMITTERS)
-    return (yield from _tiled(lambda here: from_surroundings(tracer, here, glow, samples, seed), surfels, samples))
+    if not len(tracer.glow) and beyond.is_black(tracer.geometry.scene.environment):
+        return np.zeros((len(surfels), 3), np.float32)
+    return (yield from _tiled(lambda here: from_surroundings(tracer, here, samples, seed), surfels, samples.count))
 
 
 def _tiled(light: Callable[[Surfels], np.ndarray], surfels: Surfels, samples: int) -> Iterator[float]:
@@ -134,5 +150,5 @@ def _tiled(light: Callable[[Surfels], np.ndarray], surfels: Surfels, samples: in
     def tile(part: slice):
         irradiance[part] = light(surfels[part])
 
-    yield from tiles.run(tile, tiles.slices(len(surfels), _PAIRS // samples))
+    yield from tiles.run(tile, tiles.slices(len(surfels), max(1, _PAIRS // samples)))
     return irradiance

@@ -6,11 +6,14 @@ import numpy as np
 
 from .geometry import Geometry
 from .sampling import r2_sequence, systematic
-from .trace import offset
+from .vectors import offset
 from .vpls import Vpls, coherent, equalized
 
+# Points that stand for all emitting surfaces.
+POINTS = 1 << 17
 
-def emitters(geometry: Geometry, n: int) -> Vpls:
+
+def emitters(geometry: Geometry, n: int = POINTS) -> Vpls:
     """About n points that stand for all emitting surfaces, both sides, each of the same flux; none where nothing emits.
 
     Triangles are drawn by area times emission, points on them evenly, and textures decide what each is worth.

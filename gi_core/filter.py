@@ -10,7 +10,13 @@ from . import tiles
 from .kernels.bilateral import bilateral
 from .trace import Tracer
 
-_ROWS = 64
+# A tile's pixels, at least: with fewer, numpy's own time counts.
+_PIXELS = 1 << 15
+
+
+def reach(passes: int) -> int:
+    """How far a value depends on others through so many passes [pixels]; their footprints look one further."""
+    return 2 * ((1 << passes) - 1) + 1
 
 
 def smooth(value, position, normal, passes: int, walls=None) -> Iterator[float]:
@@ -35,7 +41,7 @@ def smooth(value, position, normal, passes: int, walls=None) -> Iterator[float]:
             done = bilateral(value[rows], position[rows], normal[rows], footprint[rows], step, between)
             out[part] = done[part.start - low : part.stop - low]
 
-        yield from tiles.run(tile, tiles.slices(h, max(_ROWS, 4 * step)))
+        yield from tiles.run(tile, tiles.slices(h, max(4 * step, _PIXELS // value.shape[1])))
         value = out
     return value
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from . import tiles
 from .kernels.vpl_transfer import transfer
-from .sampling import hash01
+from .sampling import Samples, hash01
 from .surfels import Surfels
 from .trace import Tracer
 from .vectors import dot
@@ -35,14 +35,25 @@ class Bound:
 
 
 def gathered(
-    tracer: Tracer, here: Surfels, vpls: Vpls, pattern: Pattern, visibility: bool = True, bound: Bound = Bound()
+    tracer: Tracer,
+    here: Surfels,
+    vpls: Vpls,
+    pattern: Pattern,
+    visibility: bool = True,
+    bound: Bound = Bound(),
+    candidates: int = 1,
 ) -> np.ndarray:
-    """Irradiance that the pattern's lights send to each surfel, all pairs at once: (n, 3) float32 [W/m²]."""
+    """Irradiance that the pattern's lights send to each surfel, all pairs at once: (n, 3) float32 [W/m²].
+
+    candidates: of so many lights that follow each other in the pattern one gets the shadow ray, see `resampled`.
+    """
     index, factor = pattern(here)
     area = vpls.area[index] if bound.area is None else np.float32(bound.area)
     there = vpls.position[index], vpls.normal[index]
     pairs = transfer(here.position[:, None], here.normal[:, None], *there, area, bound.kind)
     pairs = np.where(index >= 0, pairs * factor, 0).astype(np.float32)
+    if candidates > 1:
+        index, pairs = resampled(index, pairs, vpls, candidates, here.place)
     if visibility:
         row, column = np.nonzero(pairs)
         origin, target = here.origin[row], vpls.origin[index[row, column]]
@@ -53,6 +64,29 @@ def gathered(
     return np.einsum("ns,nsc->nc", pairs, vpls.flux[index])
 
 
+def resampled(
+    index: np.ndarray, pairs: np.ndarray, vpls: Vpls, candidates: int, place: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """One light for every so many candidates, drawn in proportion to what it brings where nothing shades it.
+
+    Resampled importance sampling (Talbot, Cline & Egbert 2005): the survivor stands for the sum of its group, so that
+    the mean stays what it is and rays go where light comes from.
+
+    index, pairs: (n, s) lights and their irradiance over flux; place: (n,) seeds the draw. Returns the same of the
+    survivors, (n, s / candidates).
+    """
+    groups = (len(index), index.shape[1] // candidates, candidates)
+    index, pairs = index.reshape(groups), pairs.reshape(groups)
+    brought = np.cumsum(pairs * vpls.brightness[index], -1)
+    total = brought[..., -1]
+    u = hash01(place[:, None] * total.shape[1] + np.arange(total.shape[1]), candidates)
+    # Never the last one by rounding where it brings nothing.
+    survivor = np.argmax(brought > (u * total)[..., None], -1)[..., None]
+    index = np.take_along_axis(index, survivor, -1)[..., 0]
+    brightness = vpls.brightness[index]
+    return index, np.divide(total, brightness, out=np.zeros_like(total), where=brightness > 0)
+
+
 def gather(
     tracer: Tracer,
     surfels: Surfels,
@@ -61,6 +95,7 @@ def gather(
     samples: int,
     visibility: bool = True,
     bound: Bound = Bound(),
+    candidates: int = 1,
 ) -> Iterator[float]:
     """The same for any number of surfels, tile by tile. A generator of progress; returns (n, 3) float32 [W/m²].
 
@@ -71,7 +106,7 @@ def gather(
         return irradiance
 
     def tile(part: slice):
-        irradiance[part] = gathered(tracer, surfels[part], vpls, pattern, visibility, bound)
+        irradiance[part] = gathered(tracer, surfels[part], vpls, pattern, visibility, bound, candidates)
 
     yield from tiles.run(tile, tiles.slices(len(surfels), _PAIRS // samples))
     return irradiance
@@ -83,13 +118,16 @@ def every(vpls: Vpls) -> Pattern:
     return lambda here: (np.broadcast_to(index, (len(here), len(vpls))), 1.0)
 
 
-def strided(vpls: Vpls, samples: int, seed: int) -> Pattern:
-    """Each point takes every k-th light from a start of its own; for lights of equal brightness (`vpls.equalized`)."""
-    step = len(vpls) / samples
+def strided(vpls: Vpls, samples: Samples, seed: int, candidates: int = 1) -> Pattern:
+    """Each point takes every k-th light from a start of its own; for lights of equal brightness (`vpls.equalized`).
+
+    candidates: lights for each sample.
+    """
+    step = len(vpls) / (samples.count * candidates)
 
     def pattern(here: Surfels):
-        start = hash01(here.place, seed)[:, None]
-        index = ((np.arange(samples) + start) * step).astype(np.int64)
+        start = (hash01(here.place, seed)[:, None] + np.float32(samples.shift())) % 1
+        index = ((np.arange(samples.count * candidates) + start) * step).astype(np.int64)
         return np.minimum(index, len(vpls) - 1), step
 
     return pattern

@@ -2,6 +2,9 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """A scene's triangles in the world, and what is known at a point on one of them."""
 
+from functools import cached_property
+from operator import attrgetter
+
 import numpy as np
 
 from .scene import ColorSource, Mesh, Scene
@@ -51,18 +54,18 @@ class Geometry:
         self._slot_first = np.concatenate([[0], np.cumsum(slot_counts)]).astype(np.int64)
         self._material_table = np.array([m for i in scene.instances for m in i.materials], np.int32)
 
-    @property
+    @cached_property
     def bounds(self) -> np.ndarray:
         """Lowest and highest corner of all triangles: (2, 3) float32 [m]."""
         return np.stack([self.vertices.min(0), self.vertices.max(0)])
 
-    @property
+    @cached_property
     def areas(self) -> np.ndarray:
         """Area of each triangle: (t,) float32 [m²]."""
         a, b, c = np.moveaxis(self.vertices[self.triangles], 1, 0)
         return length(np.cross(b - a, c - a)) / 2
 
-    @property
+    @cached_property
     def area(self) -> float:
         """Area of all triangles [m²]."""
         return float(self.areas.sum(dtype=np.float64))
@@ -119,6 +122,11 @@ class Geometry:
             return np.zeros(len(self.triangles), bool)
         return let_through[self.material(np.arange(len(self.triangles)))]
 
+    @cached_property
+    def has_gloss(self) -> bool:
+        """Whether any surface reflects more than its albedo."""
+        return any(np.any(m.gloss_albedo.value) for m in self.scene.materials)
+
     def alpha(self, triangle: np.ndarray, weights: np.ndarray) -> np.ndarray:
         """How solid the surface is at points, 0…1: (n,), (n, 3) -> (n,) float32."""
         return np.clip(self.color("alpha", triangle, weights)[:, 0], 0, 1)
@@ -138,8 +146,9 @@ class Geometry:
         return out
 
     def color(self, source: str, triangle: np.ndarray, weights: np.ndarray) -> np.ndarray:
-        """A material property ("albedo", "emission" or "alpha") at points: (n,), (n, 3) -> (n, 3) float32."""
-        sources: list[ColorSource] = [getattr(m, source) for m in self.scene.materials]
+        """A material property ("albedo", "emission", "alpha", "gloss.roughness" …) at points: (n,), (n, 3) -> (n, 3)
+        float32."""
+        sources: list[ColorSource] = [attrgetter(source)(m) for m in self.scene.materials]
         material = self.material(triangle)
         out = np.array([s.value for s in sources], np.float32)[material]
         for m in np.unique(material):

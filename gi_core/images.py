@@ -1,115 +1,166 @@
 # SPDX-FileCopyrightText: 2026 GI Bake authors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Receivers laid out as images: surfels to pixels and back, and what a camera's subpixels make of a pixel."""
+"""Receivers laid out as images: surfels to pixels, and what a camera's subpixels make of a pixel."""
 
 from collections.abc import Iterator
 
 import numpy as np
 
 from . import environment as beyond
+from .filter import reach as filter_reach
 from .filter import smooth, walls_between
 from .scene import Camera, Environment
 from .surfels import Surfels, camera_rays
 from .trace import Tracer
 
+# Passes of the filter that tell how much of what was taken is noise, around each pixel.
+_NEAR = 2
 
-def spread(values: np.ndarray, surfels: Surfels, resolution: tuple[int, int]) -> np.ndarray:
-    """Values of surfels as an image, zero where there is none: (n, c), (width, height) -> (h, w, c) float32."""
-    w, h = resolution
-    image = np.zeros((h * w, values.shape[-1]), np.float32)
-    image[surfels.place] = values
-    return image.reshape(h, w, -1)
+# Albedo up to which light counts at least, where a pixel's subpixels are weighed by it: black surfaces are lit too.
+_DARK = np.float32(1e-3)
+
+
+def spread(values: np.ndarray, place: np.ndarray, shape: tuple[int, int]) -> np.ndarray:
+    """Values at places of an image, zero elsewhere: (n, c), (n,) row · width + column, (h, w) -> (h, w, c)."""
+    image = np.zeros((shape[0] * shape[1], values.shape[-1]), values.dtype)
+    image[place] = values
+    return image.reshape(*shape, -1)
+
+
+def reach(passes: int) -> int:
+    """How far light that was `smoothed` depends on its neighbours [subpixels]."""
+    return filter_reach(passes) + filter_reach(_NEAR)
 
 
 def smoothed(
     irradiance: np.ndarray,
     surfels: Surfels,
-    resolution: tuple[int, int],
+    place: np.ndarray,
+    shape: tuple[int, int],
     passes: int,
+    variance: np.ndarray | None = None,
     tracer: Tracer | None = None,
+    island: np.ndarray | None = None,
 ) -> Iterator[float]:
-    """Irradiance of an image's surfels, filtered along surfaces: (n, c) -> (n, c).
+    """Irradiance of an image's surfels, filtered along surfaces: (n, 3 k) -> (n, 3 k).
 
-    tracer: finds the walls that the filter must not cross in a lightmap; what one camera sees needs none.
+    place: (n,) of each in an image of `shape`. variance: (n, 3) of the k parts' sum; where it is known what the filter
+    takes beyond noise is given back. tracer: finds the walls that the filter must not cross in a lightmap; what one
+    camera sees needs none. island: (h,) number of each row's image, where several stand one above the other.
     A generator of progress; returns the values.
     """
-    image, position, normal = (spread(a, surfels, resolution) for a in (irradiance, surfels.position, surfels.normal))
+    lit = np.flatnonzero(irradiance.any(0))
+    if not len(lit):
+        return irradiance
+    noisy, position, normal = (spread(a, place, shape) for a in (irradiance[:, lit], surfels.position, surfels.normal))
     walls = None if tracer is None else walls_between(tracer, position, normal)
-    image = yield from smooth(image, position, normal, passes, walls)
-    return image.reshape(-1, irradiance.shape[-1])[surfels.place]
+    if walls is not None and island is not None:
+        walls[..., 1] += (island * (shape[0] + 1))[:, None]
+    image = yield from smooth(noisy, position, normal, passes, walls)
+    if variance is not None:
+        taken = sum((noisy - image)[..., lit % 3 == c].sum(-1) ** 2 for c in range(3))
+        both = np.stack([taken, spread(variance.sum(-1, keepdims=True), place, shape)[..., 0]], -1)
+        taken, noise = np.moveaxis((yield from smooth(both, position, normal, _NEAR, walls)), -1, 0)
+        image += detail(taken, noise)[..., None] * (noisy - image)
+    smooth_light = np.zeros_like(irradiance)
+    smooth_light[:, lit] = image.reshape(shape[0] * shape[1], -1)[place]
+    return smooth_light
 
 
-def by_pixel(
-    values: np.ndarray, weight: np.ndarray, surfels: Surfels, resolution: tuple[int, int], subpixels: int
-) -> np.ndarray:
-    """Weighed means of each pixel's surfels, zero where there is none: (n, c) and (n, c or 1) -> (h, w, c) float32.
+def detail(taken: np.ndarray, noise: np.ndarray) -> np.ndarray:
+    """Share of what a filter took that was light and not noise: Wiener's filter, from the mean square of what it took
+    and the variance of the noise there, (h, w) each, to 0…1."""
+    return np.clip(1 - np.divide(noise, taken, out=np.ones_like(taken), where=taken > 0), 0, 1)
 
-    resolution: (width, height) in subpixels; `subpixels`: of a pixel along each axis.
+
+def resolved(
+    surfels: Surfels, place: np.ndarray, shape: tuple[int, int], subpixels: int, light: dict[str, np.ndarray]
+) -> dict[str, np.ndarray]:
+    """Subpixels to pixels: (n,) surfels at places of an image of (h, w) subpixels, to (h / s, w / s, c) float32 each.
+
+    light: name -> (n, c) irradiance. Of a pixel it is the light that its subpixels reflect over their colour, as in
+        Cycles' passes, so that a pixel on a silhouette weighs them alike.
+    The rest are means, but position and normal, which are one subpixel's. "Coverage" is 0…1.
     """
-    w, h = resolution[0] // subpixels, resolution[1] // subpixels
+    h, w = shape[0] // subpixels, shape[1] // subpixels
 
-    def total(a: np.ndarray) -> np.ndarray:
-        return spread(a, surfels, resolution).reshape(h, subpixels, w, subpixels, -1).sum((1, 3))
-
-    light, whole = total(weight * values), total(weight)
-    return np.divide(light, whole, out=np.zeros_like(light), where=whole > 0)
-
-
-def of_pixels(image: np.ndarray, surfels: Surfels, subpixels: int) -> np.ndarray:
-    """What an image (h, w, c) has where surfels of subpixels are: (n, c)."""
-    row, column = np.divmod(surfels.place, image.shape[1] * subpixels)
-    return image[row // subpixels, column // subpixels]
-
-
-def camera_layers(
-    surfels: Surfels, direct: np.ndarray, indirect: np.ndarray, camera: Camera, environment: Environment, subpixels:
-        int,
-    transparent: bool,
-) -> dict[str, np.ndarray]:  # fmt: skip
-    """What a camera sees, in layers named as Blender's passes.
-
-    surfels: of subpixels; direct, indirect: (n, 3) irradiance [W/m²]; transparent: leave the environment out of the
-        picture.
-    Returns (h, w, c) float32 each. Diffuse light is E/π without colour, as Cycles' passes are: the light of a pixel
-    over its colour, so that a pixel on a silhouette weighs its subpixels as Cycles does. Position, normal and depth are
-    one subpixel's.
-    """
-    w, h = camera.resolution
-    fine = (w * subpixels, h * subpixels)
-
-    def resolved(values: np.ndarray) -> np.ndarray:
-        return spread(values, surfels, fine).reshape(h, subpixels, w, subpixels, -1).mean((1, 3))
+    def mean(values: np.ndarray) -> np.ndarray:
+        image = spread(values, place, shape)
+        return image if subpixels == 1 else image.reshape(h, subpixels, w, subpixels, -1).mean((1, 3))
 
     def one(values: np.ndarray) -> np.ndarray:
-        return spread(values, surfels, fine)[subpixels // 2 :: subpixels, subpixels // 2 :: subpixels]
+        return spread(values, place, shape)[subpixels // 2 :: subpixels, subpixels // 2 :: subpixels]
 
-    color = resolved(surfels.albedo)
-    lit = {
-        name: resolved(surfels.albedo * irradiance / np.pi)
-        for name, irradiance in (("Direct", direct), ("Indirect", indirect))
-    }
-    coverage = resolved(np.ones((len(surfels), 1), np.float32))
-    combined = lit["Direct"] + lit["Indirect"] + resolved(surfels.emission)
+    layers = {
+        "Color": mean(surfels.albedo), "Emission": mean(surfels.emission),
+        "Normal": one(surfels.normal), "Position": one(surfels.position),
+        "Coverage": mean(np.ones((len(surfels), 1), np.float32)),
+    }  # fmt: skip
+    if subpixels == 1:
+        return layers | {name: mean(values) for name, values in light.items()}
+    weight = surfels.albedo + _DARK
+    return layers | {name: over_color(values, weight, place, shape, subpixels) for name, values in light.items()}
+
+
+def over_color(
+    light: np.ndarray, color: np.ndarray, place: np.ndarray, shape: tuple[int, int], subpixels: int
+) -> np.ndarray:
+    """Light over colour of each pixel, whose subpixels count by their colour; zero where there is none.
+
+    light, color: (n, 3) at places of an image of (h, w) subpixels. Returns (h / s, w / s, 3) float32.
+    """
+    h, w = shape[0] // subpixels, shape[1] // subpixels
+    reflected, whole = (
+        spread(a, place, shape).reshape(h, subpixels, w, subpixels, 3).sum((1, 3)) for a in (color * light, color)
+    )
+    return np.divide(reflected, whole, out=np.zeros_like(reflected), where=whole > 0)
+
+
+def sky(
+    environment: Environment, camera: Camera, subpixels: int, rows: slice, place: np.ndarray
+) -> np.ndarray:  # fmt: skip
+    """What some rows of subpixels see of the environment, by pixels: (h, w, 3) float32 radiance [W/(m²·sr)].
+
+    place: (n,) the subpixels that see a surface, counted from the first of the rows.
+    """
+    width = camera.resolution[0]
+    _, direction = camera_rays(camera, subpixels, rows)
+    seen = beyond.radiance(environment, direction).copy()
+    seen[place] = 0
+    return seen.reshape(-1, subpixels, width, subpixels, 3).mean((1, 3))
+
+
+def camera_layers(found: dict[str, np.ndarray], camera: Camera, transparent: bool) -> dict[str, np.ndarray]:
+    """What a camera sees, in layers named as Blender's passes: (h, w, c) float32 each.
+
+    found: what `resolved` gave for the whole image, with light "Direct" and "Indirect" [W/m²], "Sky", and what
+        glossy surfaces reflect where that is wanted.
+    transparent: leave the sky out of the picture.
+    Diffuse light is E/π without colour, as Cycles' passes are; where nothing reflects there is none.
+    """
+    color, coverage = found["Color"], found["Coverage"]
+    lit = {name: np.where(color > 0, found[name], 0) / np.float32(np.pi) for name in ("Direct", "Indirect")}
+    combined = color * (lit["Direct"] + lit["Indirect"]) + found["Emission"]
     alpha = coverage
     if not transparent:
-        _, direction = camera_rays(camera, subpixels)
-        sky = beyond.radiance(environment, direction).copy()
-        sky[surfels.place] = 0
-        combined = combined + sky.reshape(h, subpixels, w, subpixels, 3).mean((1, 3))
-        alpha = np.ones_like(coverage)
-
-    # Where nothing reflects there is no light to speak of.
-    without_color = {k: np.divide(v, color, out=np.zeros_like(v), where=color > 0) for k, v in lit.items()}
-    depth = ((surfels.position - camera.matrix[:3, 3]) @ -camera.matrix[:3, 2])[:, None].astype(np.float32)
+        combined, alpha = combined + found["Sky"], np.ones_like(coverage)
+    depth = ((found["Position"] - camera.matrix[:3, 3]) @ -camera.matrix[:3, 2])[..., None].astype(np.float32)
+    surface = np.any(found["Normal"] != 0, -1, keepdims=True)
+    gloss = {}
+    if "Glossy Color" in found:
+        gloss = {name: found[name] for name in ("Glossy Direct", "Glossy Indirect", "Glossy Color")}
+        combined = combined + gloss["Glossy Color"] * (gloss["Glossy Direct"] + gloss["Glossy Indirect"])
     return {
         "Combined": np.concatenate([combined, alpha], -1),
-        "Diffuse Direct": without_color["Direct"],
-        "Diffuse Indirect": without_color["Indirect"],
+        "Diffuse Direct": lit["Direct"],
+        "Diffuse Indirect": lit["Indirect"],
         "Diffuse Color": color,
-        "Emission": resolved(surfels.emission),
-        "Irradiance": np.pi * (without_color["Direct"] + without_color["Indirect"]),
-        "Normal": one(surfels.normal),
-        "Position": one(surfels.position),
+        "Emission": found["Emission"],
+        "Irradiance": np.float32(np.pi) * (lit["Direct"] + lit["Indirect"]),
+        "Normal": found["Normal"],
+        "Position": found["Position"],
         # Blender's depth of nothing.
-        "Depth": np.where(one(np.ones_like(depth)) > 0, one(depth), np.float32(1e10)),
+        "Depth": np.where(surface, depth, np.float32(1e10)),
+        **gloss,
     }
+

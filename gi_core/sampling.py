@@ -3,6 +3,8 @@
 """Sample points and the shapes they are mapped to. Everything is a function of its arguments: no hidden random
 state."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 # R2: the two-dimensional generalisation of the golden ratio (Roberts 2018); g is the real root of x³ = x + 1.
@@ -27,9 +29,38 @@ def hash01(index, seed: int = 0) -> np.ndarray:
     return (x >> np.uint32(8)).astype(np.float32) * np.float32(2**-24)
 
 
-def r2_sequence(n: int) -> np.ndarray:
-    """The first n points of the R2 low-discrepancy sequence in [0, 1)²: (n, 2) float32."""
-    return ((0.5 + np.arange(n)[:, None] * _R2) % 1.0).astype(np.float32)
+@dataclass(frozen=True)
+class Samples:
+    """A point's samples that one pass of a bake takes: `count` of them, from the `first` on.
+
+    planned: how many there will be in all, by which the near field is sized; 0 for just these. Whatever is planned, the
+    mean over passes, each weighed by its count, is the estimate.
+    """
+
+    count: int
+    first: int = 0
+    planned: int = 0
+
+    @property
+    def in_all(self) -> int:
+        return self.planned or self.count
+
+    def part(self, share: float) -> "Samples":
+        """The samples of something that takes a share of them, at least one."""
+        return Samples(max(1, round(self.count * share)), round(self.first * share), round(self.planned * share))
+
+    def shift(self) -> float:
+        """Where these lie in the gaps between the evenly spaced samples of earlier passes, 0…1: van der Corput's
+        sequence."""
+        place, turn, half = self.first // self.count, 0.0, 0.5
+        while place:
+            turn, place, half = turn + half * (place & 1), place >> 1, half / 2
+        return turn
+
+
+def r2_sequence(n: int, first: int = 0) -> np.ndarray:
+    """n points of the R2 low-discrepancy sequence in [0, 1)², from the `first` on: (n, 2) float32."""
+    return ((0.5 + np.arange(first, first + n)[:, None] * _R2) % 1.0).astype(np.float32)
 
 
 def rotated(points: np.ndarray, index: np.ndarray, seed: int) -> np.ndarray:

@@ -45,19 +45,53 @@ WHITE = ColorSource(np.ones(3, np.float32))
 
 
 @dataclass(frozen=True)
+class Gloss:
+    """A rough mirror on a surface: its reflectance at an angle θ to a microfacet is
+
+        specular + (edge − specular) (1 − cosθ)⁵ + dielectric · F(θ, ior)
+
+    of metals (Schlick) and of dielectrics (Fresnel), which add up where materials are mixed.
+
+    roughness: Blender's, 0…1, in the first channel; α of the GGX lobe is its square.
+    specular, edge: reflectance at normal incidence and at grazing, 0…1.
+    metal, dielectric: how much of the surface is either, 0…1. ior: index of refraction of the latter.
+    """
+
+    roughness: ColorSource = BLACK
+    specular: ColorSource = BLACK
+    edge: ColorSource = BLACK
+    metal: ColorSource = BLACK
+    dielectric: ColorSource = BLACK
+    ior: float = 1.5
+
+    @property
+    def is_none(self) -> bool:
+        """Whether nothing is reflected."""
+        return not any(source.value.any() for source in (self.specular, self.edge, self.dielectric))
+
+
+MATTE = Gloss()
+
+
+@dataclass(frozen=True)
 class Material:
-    """A diffuse, emitting surface; both sides alike.
+    """A diffuse, emitting surface, glossy where it is asked for; both sides alike.
 
     albedo: diffuse reflectance, 0…1.
     emission: radiance [W/(m²·sr)].
     alpha: how solid it is, 0…1, in the first channel: of the light that meets it the rest goes straight on. Albedo and
         emission are those of the solid part.
+    gloss: what it reflects besides, of the solid part too.
+    gloss_albedo: share of even light from all around that it reflects besides. It is what other surfaces get of that,
+        as if it were diffuse, whether or not `gloss` is known.
     """
 
     name: str
     albedo: ColorSource
     emission: ColorSource = BLACK
     alpha: ColorSource = WHITE
+    gloss: Gloss = MATTE
+    gloss_albedo: ColorSource = BLACK
 
 
 @dataclass(frozen=True)

@@ -32,6 +32,20 @@ class Settings:
         low=1,
         high=65536,
     )
+    noise_threshold: float = setting(
+        0.0,
+        "Ends before all samples are taken once the noise is this low: relMSE of reflected light before it is "
+        "denoised, estimated by the spread of passes; 0 takes all samples",
+        low=0.0,
+        high=1.0,
+    )
+    time_limit: float = setting(
+        0.0,
+        "Ends before all samples are taken after so long, points and maps not counted; 0 takes all samples",
+        low=0.0,
+        high=1e6,
+        unit="s",
+    )
     bounces: int = setting(1, "How often light is reflected before it arrives; 1 is the first bounce", low=1, high=32)
     light_samples: int = setting(
         32, "Samples of each soft lamp for each pixel, texel or vertex; more give smoother shadows", low=1, high=4096
@@ -60,6 +74,15 @@ class Settings:
     )
     antialias: int = setting(
         2, "Points seen per pixel along each axis in a camera image; smooths silhouettes", low=1, high=8
+    )
+
+    memory: int = setting(
+        1024,
+        "Memory that the points being worked on may take; bigger bakes are cut into tiles, which never changes the "
+        "result",
+        low=1,
+        high=1 << 20,
+        unit="MB",
     )
 
     def __post_init__(self):

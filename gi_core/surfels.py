@@ -2,17 +2,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Surface points: what light arrives at and leaves from. Made from a camera, a light's map, UV texels and vertices."""
 
-from collections.abc import Iterator
+from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from . import tiles
+from .emitters import strewn
 from .geometry import Geometry
 from .scene import Camera
 from .texels import covered_texels
-from .trace import FAR, Tracer, offset
-from .vectors import dot, normalize
+from .trace import FAR, Tracer
+from .vectors import dot, normalize, offset
 
 TILE = 1 << 16
 
@@ -59,13 +59,17 @@ class Surfels:
         return Surfels(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Surfels)))
 
 
-def at(geometry: Geometry, triangle, weights, place, towards=None) -> Surfels:
+def at(geometry: Geometry, triangle, weights, place, towards=None, reflecting=False) -> Surfels:
     """The surfels at points on triangles.
 
     triangle: (n,), weights: (n, 3) barycentric, place: (n,).
     towards: (n, 3) directions; normals are turned to the side that they point to (a camera's or a light's). Without it
         the mesh's front counts, as it does for a bake.
+    reflecting: the points are to light others, so that albedo is all that they reflect, their gloss included.
     """
+    albedo = geometry.color("albedo", triangle, weights)
+    if reflecting and geometry.has_gloss:
+        albedo = np.minimum(albedo + geometry.color("gloss_albedo", triangle, weights), 1)
     face = geometry.face_normal(triangle)
     normal = geometry.shading_normal(triangle, weights)
     # A mesh may carry no usable corner normals; its faces always have one.
@@ -76,32 +80,39 @@ def at(geometry: Geometry, triangle, weights, place, towards=None) -> Surfels:
         back = dot(face, towards)[:, None] < 0
         face, normal = np.where(back, -face, face), np.where(back, -normal, normal)
     return Surfels(
-        geometry.position(triangle, weights), normal, face,
-        geometry.color("albedo", triangle, weights), geometry.color("emission", triangle, weights),
+        geometry.position(triangle, weights), normal, face, albedo, geometry.color("emission", triangle, weights),
         np.asarray(place, np.int64),
     )  # fmt: skip
 
 
 def along_rays(
-    tracer: Tracer, origins: np.ndarray, directions: np.ndarray, place: np.ndarray, far: float = FAR
+    tracer: Tracer,
+    origins: np.ndarray,
+    directions: np.ndarray,
+    place: np.ndarray,
+    far: float = FAR,
+    reflecting: bool = False,
 ) -> tuple[Surfels, np.ndarray]:
-    """The surfels where rays hit, facing back along them, and the indices of the rays that hit: (n, 3), (n, 3),
-    (n,)."""
+    """The surfels where rays hit, facing back along them, and the indices of the rays that hit: (n, 3), (n, 3), (n,).
+
+    reflecting: as for `at`.
+    """
     hits = tracer.closest(origins, directions, far)
     hit = np.flatnonzero(hits.triangle >= 0)
-    return at(tracer.geometry, hits.triangle[hit], hits.weights[hit], place[hit], towards=-directions[hit]), hit
+    triangle, weights = hits.triangle[hit], hits.weights[hit]
+    return at(tracer.geometry, triangle, weights, place[hit], -directions[hit], reflecting), hit
 
 
-def camera_rays(camera: Camera, subpixels: int = 1) -> tuple[np.ndarray, np.ndarray]:
+def camera_rays(camera: Camera, subpixels: int = 1, rows: slice | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Rays through a regular grid of points, `subpixels`² to a pixel, from the near clipping plane on.
 
-    Returns origins and unit directions, (h·subpixels · w·subpixels, 3) float32 each, rows from the bottom.
+    rows: of the grid, from the bottom, None for all.
+    Returns origins and unit directions, (rows · w·subpixels, 3) float32 each.
     """
     left, right, bottom, top = camera.window
     w, h = camera.resolution[0] * subpixels, camera.resolution[1] * subpixels
-    x, y = np.meshgrid(
-        left + (np.arange(w) + 0.5) / w * (right - left), bottom + (np.arange(h) + 0.5) / h * (top - bottom)
-    )
+    row = np.arange(h)[rows or slice(None)]
+    x, y = np.meshgrid(left + (np.arange(w) + 0.5) / w * (right - left), bottom + (row + 0.5) / h * (top - bottom))
     ones, near = np.ones_like(x), camera.clip[0]
     if camera.kind == "PERSPECTIVE":
         start = np.stack([x * near, y * near, -near * ones], -1)
@@ -114,27 +125,22 @@ def camera_rays(camera: Camera, subpixels: int = 1) -> tuple[np.ndarray, np.ndar
     return origins.astype(np.float32), normalize(direction.reshape(-1, 3) @ rotation.T).astype(np.float32)
 
 
-def from_camera(tracer: Tracer, camera: Camera, subpixels: int = 1) -> Iterator[float]:
-    """What each (sub)pixel sees. A generator of progress; returns the Surfels, `place` counting subpixels along
-    rows."""
-    origins, directions = camera_rays(camera, subpixels)
-    parts = tiles.slices(len(origins), TILE)
-    found: dict[int, Surfels] = {}
+def from_camera(tracer: Tracer, camera: Camera, subpixels: int = 1, rows: slice | None = None) -> Surfels:
+    """What each (sub)pixel sees; `place` counts subpixels along rows. rows: of subpixels, None for all."""
+    origins, directions = camera_rays(camera, subpixels, rows)
+    first = rows.start * camera.resolution[0] * subpixels if rows else 0
+    surfels, _ = along_rays(tracer, origins, directions, first + np.arange(len(origins)))
     # The near plane is where rays start; the far one cuts what lies behind it.
     axis = -camera.matrix[:3, 2]
-
-    def tile(part: slice):
-        surfels, _ = along_rays(tracer, origins[part], directions[part], np.arange(part.start, part.stop))
-        found[part.start] = surfels[(surfels.position - camera.matrix[:3, 3]) @ axis <= camera.clip[1]]
-
-    yield from tiles.run(tile, parts)
-    return Surfels.concatenate([found[part.start] for part in parts])
+    return surfels[(surfels.position - camera.matrix[:3, 3]) @ axis <= camera.clip[1]]
 
 
-def from_texels(geometry: Geometry, name: str, uv: str, resolution: tuple[int, int]) -> tuple[Surfels, np.ndarray]:
+def from_texels(
+    geometry: Geometry, name: str, uv: str, resolution: tuple[int, int], rows: slice | None = None
+) -> tuple[Surfels, np.ndarray]:
     """A surfel for every texel that a face of an object touches, with the point clamped into the face.
 
-    name: the object. uv: its UV map, "" for the active one. resolution: (width, height).
+    name: the object. uv: its UV map, "" for the active one. resolution: (width, height). rows: of texels, None for all.
     Returns the Surfels and (n,) bool: whether the texel's centre lies in a face.
     Raises KeyError where there is no such object or UV map.
     """
@@ -144,8 +150,21 @@ def from_texels(geometry: Geometry, name: str, uv: str, resolution: tuple[int, i
         raise KeyError(f"object '{name}' has no UV map '{layer}'")
     # Without area there is no normal and nothing to light.
     solid = np.any(geometry.face_normal(triangle) != 0, -1)
-    texels = covered_texels(mesh.uvs[layer][solid], resolution)
+    texels = covered_texels(mesh.uvs[layer][solid], resolution, rows)
     return at(geometry, triangle[solid][texels.triangle], texels.weights, texels.place), texels.centred
+
+
+def strewn_over(geometry: Geometry, names: Sequence[str], n: int) -> Surfels:
+    """About n surfels over objects, as many on each, evenly over its surface. Raises KeyError for no such object."""
+    areas, strength = geometry.areas, np.zeros(len(geometry.triangles))
+    for name in names:
+        triangle = geometry.mesh_of(name)[1]
+        area = areas[triangle].sum(dtype=np.float64)
+        strength[triangle] = 1 / area if area > 0 else 0
+    if not np.any(strength):
+        return at(geometry, *(np.zeros(s, int) for s in ((0,), (0, 3), (0,))))
+    triangle, weights, _ = strewn(geometry, strength, n)
+    return at(geometry, triangle, weights, np.arange(n))
 
 
 def from_vertices(geometry: Geometry, name: str) -> Surfels:

@@ -9,6 +9,9 @@ import numpy as np
 # Candidate (triangle, texel) pairs looked at in one go; bounds the memory of a large map to some 200 MB.
 _BATCH = 1 << 20
 
+# Of barycentric weights.
+_ROUNDING = 1e-9
+
 
 @dataclass(frozen=True)
 class Texels:
@@ -26,86 +29,108 @@ class Texels:
     centred: np.ndarray
 
 
-def _closest_weights(corners: np.ndarray, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Barycentric weights of the triangles' points closest to the given ones, and squared distances.
-
-    corners: (n, 3, 2), point: (n, 2) float64 -> (n, 3), (n,). Triangles without area count by their edges.
-    """
-    a, b, c = corners[:, 0], corners[:, 1], corners[:, 2]
-    area = _cross(b - a, c - a)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        inside = (
-            np.stack([_cross(c - b, point - b), _cross(a - c, point - c), _cross(b - a, point - a)], -1) / area[:, None]
-        )
-    within = np.all(inside >= 0, -1) & (area != 0)
-
-    best, distance = np.where(within[:, None], inside, 0.0), np.where(within, 0.0, np.inf)
-    for i, j in ((0, 1), (1, 2), (2, 0)):
-        edge, from_start = corners[:, j] - corners[:, i], point - corners[:, i]
-        length2 = np.maximum(np.sum(edge * edge, -1), 1e-300)
-        t = np.clip(np.sum(edge * from_start, -1) / length2, 0, 1)
-        d2 = np.sum((from_start - t[:, None] * edge) ** 2, -1)
-        closer = d2 < distance
-        distance[closer] = d2[closer]
-        best[closer] = 0
-        best[closer, i], best[closer, j] = 1 - t[closer], t[closer]
-    return best, distance
-
-
-def _cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
-
-
-def _touches(corners: np.ndarray, low: np.ndarray) -> np.ndarray:
-    """Whether triangles overlap the unit squares whose lower corners are given: (n, 3, 2), (n, 2) -> (n,) bool.
-
-    Separating axes: the squares' come with the candidates (bounding boxes overlap), so only the triangles' edges are
-    tried.
-    """
-    winding = np.sign(_cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
-    touching = np.ones(len(corners), bool)
-    for i, j in ((0, 1), (1, 2), (2, 0)):
-        edge = (corners[:, j] - corners[:, i]) * winding[:, None]
-        inward = np.stack([-edge[:, 1], edge[:, 0]], -1)
-        # The square's corner that lies furthest inwards decides.
-        furthest = low + (inward > 0)
-        touching &= np.sum(inward * (furthest - corners[:, i]), -1) >= 0
-    return touching
-
-
-def covered_texels(uvs: np.ndarray, resolution: tuple[int, int]) -> Texels:
+def covered_texels(uvs: np.ndarray, resolution: tuple[int, int], rows: slice | None = None) -> Texels:
     """Every texel that a triangle touches: (t, 3, 2) UV coordinates, (width, height) -> Texels.
 
-    What lies outside [0, 1]² is left out. Where several triangles touch a texel, the one nearest its centre has it.
+    rows: those to look at, None for all.
+
+    What lies outside [0, 1]² is left out. Where several triangles touch a texel, the one nearest its centre has it, the
+    first of them where they are equally near.
     """
     w, h = resolution
+    top, bottom = (h, 0) if rows is None else (rows.stop, rows.start)
     finite = np.isfinite(uvs).all((1, 2))
     pixels = np.where(finite[:, None, None], uvs, 0).astype(np.float64) * (w, h)
     low = np.floor(np.clip(pixels.min(1), 0, (w, h))).astype(np.int64)
     high = np.ceil(np.clip(pixels.max(1), 0, (w, h))).astype(np.int64)
     # A triangle on a texel's border or without extent still touches one.
     high = np.minimum(np.maximum(high, low + 1), (w, h))
+    low[:, 1], high[:, 1] = np.maximum(low[:, 1], bottom), np.minimum(high[:, 1], top)
     size = np.maximum(high - low, 0) * finite[:, None]
-    count = size[:, 0] * size[:, 1]
+    ends = np.cumsum(size[:, 0] * size[:, 1])
+    edges = _Edges.of(pixels)
 
-    distance = np.full(w * h, np.inf)
-    triangle = np.full(w * h, -1, np.int64)
-    weights = np.zeros((w * h, 3), np.float32)
-    ends = np.cumsum(count)
+    distance = np.full(w * (top - bottom), np.inf)
+    triangle = np.full(len(distance), -1, np.int64)
+    weights = np.zeros((len(distance), 3), np.float32)
     for begin in range(0, int(ends[-1]) if len(ends) else 0, _BATCH):
         pair = np.arange(begin, min(begin + _BATCH, int(ends[-1])))
         t = np.searchsorted(ends, pair, "right")
-        k = pair - (ends[t] - count[t])
+        k = pair - (ends[t] - size[t, 0] * size[t, 1])
         texel = low[t] + np.stack([k % size[t, 0], k // size[t, 0]], -1)
-        touching = _touches(pixels[t], texel)
-        t, texel = t[touching], texel[touching]
-        bary, d2 = _closest_weights(pixels[t], texel + 0.5)
-        place = texel[:, 1] * w + texel[:, 0]
-        # Nearest first within a texel, so that each texel's first entry is its best; ties go to the lower triangle.
-        order = np.lexsort((t, d2, place))
-        first = order[np.unique(place[order], return_index=True)[1]]
-        first = first[d2[first] < distance[place[first]]]
-        distance[place[first]], triangle[place[first]], weights[place[first]] = d2[first], t[first], bary[first]
+        place = (texel[:, 1] - bottom) * w + texel[:, 0]
+        bary, inside, touching = edges.met(t, texel + 0.5)
+        # Where indices repeat the last assignment counts: backwards, so that the first triangle has the texel.
+        rest, inside = np.flatnonzero(touching & ~inside), np.flatnonzero(inside)[::-1]
+        inside = inside[distance[place[inside]] > 0]
+        distance[place[inside]], triangle[place[inside]], weights[place[inside]] = 0, t[inside], bary[inside]
 
-    place = np.flatnonzero(triangle >= 0)
-    return Texels(place, triangle[place], weights[place], distance[place] == 0)
+        rest = rest[distance[place[rest]] > 0]
+        bary, d2 = _closest_weights(pixels[t[rest]], texel[rest] + 0.5)
+        closest = np.argsort(d2, kind="stable")[::-1]
+        closest = closest[d2[closest] < distance[place[rest[closest]]]]
+        texel = place[rest[closest]]
+        distance[texel], triangle[texel], weights[texel] = d2[closest], t[rest[closest]], bary[closest]
+
+    found = np.flatnonzero(triangle >= 0)
+    return Texels(found + w * bottom, triangle[found], weights[found], distance[found] == 0)
+
+
+@dataclass(frozen=True)
+class _Edges:
+    """What a triangle's barycentric weights are over the plane: w_k = x_k · x + y_k · y + one_k.
+
+    x, y, one: three (t,) float64 each. reach: three (t,), by how much a weight changes at most from the centre of a
+        unit square to its border.
+    """
+
+    x: list[np.ndarray]
+    y: list[np.ndarray]
+    one: list[np.ndarray]
+    reach: list[np.ndarray]
+
+    @staticmethod
+    def of(corners: np.ndarray) -> "_Edges":
+        """Of triangles (t, 3, 2) float64. Without an area they have no weights and may be met wherever they reach."""
+        a, b, c = (corners[:, k] for k in range(3))
+        area = (b - a)[:, 0] * (c - a)[:, 1] - (b - a)[:, 1] * (c - a)[:, 0]
+        with np.errstate(divide="ignore", over="ignore"):
+            inverse = np.where(area != 0, 1 / area, 0)
+        x, y, one, reach = [], [], [], []
+        for start, end in ((b, c), (c, a), (a, b)):
+            edge = end - start
+            x.append(-edge[:, 1] * inverse)
+            y.append(edge[:, 0] * inverse)
+            one.append(np.where(area != 0, -(x[-1] * start[:, 0] + y[-1] * start[:, 1]), -1))
+            reach.append(np.where(area != 0, 0.5 * (np.abs(x[-1]) + np.abs(y[-1])), 1))
+        return _Edges(x, y, one, reach)
+
+    def met(self, t: np.ndarray, center: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """How triangles (n,) lie to unit squares within their bounding boxes, whose centres are given (n, 2).
+
+        Returns the barycentric weights of the centres (n, 3), whether these lie inside (n,), and whether the squares
+        are touched at all (n,): separating axes, of which the squares' own come with the bounding boxes.
+        """
+        weights = [self.x[k][t] * center[:, 0] + self.y[k][t] * center[:, 1] + self.one[k][t] for k in range(3)]
+        # A centre on an edge that two triangles share must not fall between them by rounding.
+        inside = np.logical_and.reduce([w >= -_ROUNDING for w in weights])
+        touching = np.logical_and.reduce([w + self.reach[k][t] >= 0 for k, w in enumerate(weights)])
+        return np.maximum(np.stack(weights, -1), 0), inside, touching
+
+
+def _closest_weights(corners: np.ndarray, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Barycentric weights of the points on triangles' edges that are closest to the given ones, and squared distances.
+
+    corners: (n, 3, 2), point: (n, 2) float64 -> (n, 3), (n,).
+    """
+    best, distance = np.zeros((len(point), 3)), np.full(len(point), np.inf)
+    for i, j in ((0, 1), (1, 2), (2, 0)):
+        edge, from_start = corners[:, j] - corners[:, i], point - corners[:, i]
+        length2 = np.maximum(np.sum(edge * edge, -1), 1e-300)
+        t = np.clip(np.sum(edge * from_start, -1) / length2, 0, 1)
+        d2 = np.sum((from_start - t[:, None] * edge) ** 2, -1)
+        closer = np.flatnonzero(d2 < distance)
+        distance[closer] = d2[closer]
+        best[closer] = 0
+        best[closer, i], best[closer, j] = 1 - t[closer], t[closer]
+    return best, distance

@@ -34,6 +34,24 @@ def run(function: Callable[[slice], None], parts: list[slice]) -> Iterator[float
     yield 1.0
 
 
+def within(begin: float, end: float, work: Iterator[float]) -> Iterator[float]:
+    """A part's progress as the whole's, which it takes from `begin` to `end`; returns the part's value."""
+    while True:
+        try:
+            yield begin + (end - begin) * next(work)
+        except StopIteration as stop:
+            return stop.value
+
+
+def named(stage: str, work: Iterator[float]) -> Iterator[tuple[str, float]]:
+    """A stage's progress with its name before it; returns the work's value."""
+    while True:
+        try:
+            yield stage, next(work)
+        except StopIteration as stop:
+            return stop.value
+
+
 def finish(generator: Iterator) -> object:
     """Exhausts a generator and returns its value."""
     while True:

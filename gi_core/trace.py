@@ -12,10 +12,11 @@ import numpy as np
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
+from .emitters import emitters
 from .environment import parted
 from .geometry import Geometry
 from .sampling import hash01
-from .vectors import dot, length
+from .vectors import dot, length, offset
 
 FAR = np.float32(1e30)
 
@@ -80,12 +81,14 @@ class Tracer:
     until what is left of it falls to a number that is drawn once for each ray, out of its own bits: it ends at each of
     them as often as that one takes its light, the same ray always at the same, and no sample has to be split.
 
-    geometry: what rays meet. sky, suns: what those see that meet nothing, see `environment.parted`.
+    geometry: what rays meet. sky, suns: what those see that meet nothing, see `environment.parted`. glow: points that
+        stand for the emitting surfaces, see `emitters`.
     """
 
     def __init__(self, geometry: Geometry):
         self.geometry = geometry
         self.sky, self.suns = parted(geometry.scene.environment)
+        self.glow = emitters(geometry)
         clear = geometry.clear
         self._solid = _Triangles(geometry, np.flatnonzero(~clear) if clear.any() else None)
         self._clear = _Triangles(geometry, np.flatnonzero(clear))
@@ -153,19 +156,6 @@ class Tracer:
         distance = length(d)
         # A hair short of the target: rounding must not let the far end's own surface block it.
         return ~self.occluded(origins, d / np.maximum(distance, 1e-20)[:, None], distance * np.float32(1 - 1e-4))
-
-
-def offset(points: np.ndarray, normals: np.ndarray) -> np.ndarray:
-    """Ray origins off their surface, by a few units in the last place: (n, 3), (n, 3) float32 -> (n, 3) float32.
-
-    Wächter & Binder, "A Fast and Robust Method for Avoiding Self-Intersection", Ray Tracing Gems 2019, ch. 6. The
-    normals are geometric ones, on the side to which rays leave.
-    """
-    ulps = (normals * np.float32(256)).astype(np.int32)
-    points = np.ascontiguousarray(points, np.float32)
-    moved = (points.view(np.int32) + np.where(points < 0, -ulps, ulps)).view(np.float32)
-    # Near the origin units in the last place vanish, and a fixed step takes over.
-    return np.where(np.abs(points) < 1 / 32, points + normals * np.float32(1 / 65536), moved)
 
 
 def _drawn(origins: np.ndarray, directions: np.ndarray) -> np.ndarray:

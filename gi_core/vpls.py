@@ -3,6 +3,7 @@
 """Virtual point lights: points that send reflected or emitted light on."""
 
 from dataclasses import dataclass, fields
+from functools import cached_property
 
 import numpy as np
 
@@ -26,6 +27,11 @@ class Vpls:
     normal: np.ndarray
     flux: np.ndarray
     area: np.ndarray
+
+    @cached_property
+    def brightness(self) -> np.ndarray:
+        """(n,) float32: mean of the flux over its channels [W]."""
+        return self.flux.mean(-1)
 
     def __len__(self) -> int:
         return len(self.position)

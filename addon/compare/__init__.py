@@ -53,7 +53,7 @@ def compare(
             raise RuntimeError(f"Cycles bakes meshes only: convert {', '.join(result.light)} to one")
         left_out = [f"{name} is no mesh: not compared" for name in result.light if name not in names]
         comparisons = []
-        for kind in ("direct", "indirect"):
+        for kind in filter(job.wants, ("direct", "indirect")):
             if job.target == "lightmap":
                 maps = {name: job.uv or view_layer.objects[name].data.uv_layers.active.name for name in names}
                 side = next(iter(result.light.values())).valid.shape[0]
@@ -92,7 +92,13 @@ def _size(result: Result) -> tuple[int, int]:
 
 def _image(result: Result, reference: dict[str, np.ndarray]) -> list[Comparison]:
     names = ("Diffuse Indirect", "Diffuse Direct")
-    return [_comparison(name, result.layers[name], reference[name], None) for name in names]
+    comparisons = [_comparison(name, result.layers[name], reference[name], None) for name in names]
+    # Cycles sees more points of a pixel, and of a silhouette's it may be the only one that meets what is glossy.
+    shown = result.layers.get("Glossy Color", np.zeros((1, 1, 3))).any(-1)
+    if shown.any():
+        names = ("Glossy Indirect", "Glossy Direct")
+        comparisons += [_comparison(name, result.layers[name], reference[name], shown) for name in names]
+    return comparisons
 
 
 def _light(name: str, kind: str, light: Light, reference: np.ndarray) -> Comparison:

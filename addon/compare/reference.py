@@ -12,7 +12,10 @@ from ...gi_core import exr
 from .bake_targets import bake_image, materials_with, vertex_colors
 from .reference_scene import own_camera, reference_scene
 
-PASSES = ("diffuse_direct", "diffuse_indirect", "diffuse_color", "emit", "environment", "normal", "position", "z")
+PASSES = (
+    "diffuse_direct", "diffuse_indirect", "diffuse_color", "glossy_direct", "glossy_indirect", "glossy_color", "emit",
+    "environment", "normal", "position", "z",
+)  # fmt: skip
 
 
 def camera_reference(

@@ -7,6 +7,7 @@ import colorsys
 import bpy
 import numpy as np
 
+from ...gi_core.gloss import fresnel_mean
 from .nodes import Feed, Reading, feed, set_value
 
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722])
@@ -128,11 +129,6 @@ MATH = {
 
 def _first(parts: list[tuple[np.ndarray, str]]) -> str:
     return next((doubt for _, doubt in parts if doubt), "")
-
-
-def fresnel_mean(ior: float) -> float:
-    """Cosine-weighted mean reflectance of a smooth dielectric (the fit of Kulla and Conty, SIGGRAPH 2017)."""
-    return (ior - 1) / (4.08567 + 1.00071 * ior)
 
 
 def blackbody(temperature: float) -> np.ndarray:

@@ -34,12 +34,14 @@ class Reading:
     images: gives the textures.
     notes: sentences on what was approximated.
     known: what `constants.estimate` has found out.
+    glossy: whether surfaces' glossy parts are read too.
     """
 
     owner: str
     images: ImageReader
     notes: list[str]
     known: dict = field(default_factory=dict)
+    glossy: bool = False
 
     def note(self, text: str) -> None:
         """Tells something of the owner."""

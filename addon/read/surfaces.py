@@ -1,25 +1,36 @@
 # SPDX-FileCopyrightText: 2026 GI Bake authors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Surface shaders: their diffuse and emitting parts, which are what a bake of diffuse light takes of them."""
+"""Surface shaders: their diffuse and emitting parts, which are what a bake of diffuse light takes of them, and their
+glossy ones where they are asked for."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...gi_core.scene import BLACK, WHITE, ColorSource
+from ...gi_core.gloss import fresnel_mean
+from ...gi_core.scene import BLACK, MATTE, WHITE, ColorSource, Gloss
 from .colors import constant, mean, read_color, read_number, scaled, total
-from .constants import fresnel_mean
 from .factors import complement, product, read_factor
+from .gloss import gloss_sum, glossy_bsdf, principled_gloss, specular_ior
 from .nodes import Feed, Reading, set_value
+
+# Without `glossy`, and with it.
+_GLOSS_NOTES = (
+    "Reflections in glossy surfaces are not baked; they light other surfaces as if they were diffuse.",
+    "What glossy surfaces reflect lights other surfaces as if it were diffuse.",
+)
 
 
 @dataclass(frozen=True)
 class Surface:
-    """Diffuse reflectance and emitted radiance of a shader's solid part, and the share that is solid."""
+    """Diffuse reflectance, emitted radiance and gloss of a shader's solid part, and the share that is solid; see
+    `scene.Material`."""
 
     albedo: ColorSource = BLACK
     emission: ColorSource = BLACK
     alpha: ColorSource = WHITE
+    gloss: Gloss = MATTE
+    gloss_albedo: ColorSource = BLACK
 
     @property
     def is_clear(self) -> bool:
@@ -41,6 +52,12 @@ def read_surface(source: Feed, reading: Reading) -> Surface:
             return Surface(emission=scaled(color, read_number(source.input("Strength"), reading, "emission strength")))
         case "BSDF_PRINCIPLED":
             return _principled(source, reading)
+        case "BSDF_GLOSSY":
+            if source.input("Normal").node:
+                reading.note("its normal or bump map is left out")
+            reading.note_once(_GLOSS_NOTES[reading.glossy])
+            color = read_color(source.input("Color"), reading, "the colour")
+            return Surface(gloss=glossy_bsdf(source, reading) if reading.glossy else MATTE, gloss_albedo=color)
         case "MIX_SHADER":
             return _mix(source, reading)
         case "BSDF_TRANSPARENT":
@@ -67,21 +84,25 @@ def _principled(source: Feed, reading: Reading) -> Surface:
             reading.note(f"its {name.split()[0].lower()} is left out")
     if _in_use(source, "Subsurface Weight"):
         reading.note("subsurface scattering is taken as diffuse")
-    kept = (1 - number("Metallic")) * (1 - number("Transmission Weight"))
-    if kept < 1:
-        reading.note(f"{1 - kept:.0%} of it is metal or glass, whose light is left out")
-    albedo = BLACK
-    if kept > 0:
-        reading.note_once("Reflections of Principled BSDF materials are left out; their diffuse part is baked.")
+    metal, glass = number("Metallic"), number("Transmission Weight")
+    dull = (1 - metal) * (1 - glass)
+    if glass * (1 - metal) > 0:
+        reading.note(f"{glass * (1 - metal):.0%} of it is glass, whose light is left out")
+    albedo = gloss_albedo = BLACK
+    if dull > 0 or metal > 0:
+        reading.note_once(_GLOSS_NOTES[reading.glossy])
         roughness = source.input("Roughness")  # it matters too little to read an image for it
-        kept *= 1 - specular_share(
+        specular = specular_share(
             number("IOR"), number("Specular IOR Level"), 0.5 if roughness.node else set_value(roughness.socket)[0]
         )
-        albedo = read_color(source.input("Base Color"), reading, "the base colour")
+        base = read_color(source.input("Base Color"), reading, "the base colour")
+        albedo = scaled(base, dull * (1 - specular))
+        gloss_albedo = total([scaled(base, metal), constant(dull * specular)], reading, "what it reflects")
     emission, strength = BLACK, number("Emission Strength")
     if strength > 0:
         emission = scaled(read_color(source.input("Emission Color"), reading, "the emitted colour"), strength)
-    return Surface(scaled(albedo, kept), emission, read_factor(source.input("Alpha"), reading, "its alpha"))
+    gloss = principled_gloss(source, reading) if reading.glossy else MATTE
+    return Surface(albedo, emission, read_factor(source.input("Alpha"), reading, "its alpha"), gloss, gloss_albedo)
 
 
 def _in_use(source: Feed, name: str) -> bool:
@@ -104,8 +125,7 @@ def specular_share(ior: float = 1.5, level: float = 0.5, roughness: float = 0.5)
     a smooth dielectric's, less what Cycles' rough one loses, the latter fitted to Cycles' Diffuse Color pass, which is
     met within 0.015 for IOR 1.1 to 2.
     """
-    f0 = min(((ior - 1) / (ior + 1)) ** 2 * 2 * max(level, 0.0), 0.99)
-    ior = (1 + np.sqrt(f0)) / (1 - np.sqrt(f0))
+    ior = specular_ior(ior, level)
     return float(fresnel_mean(ior) / (1 + 4.4 / ior * roughness**2.6))
 
 
@@ -140,4 +160,8 @@ def _sum(parts: list[tuple[float, Surface]], reading: Reading) -> Surface:
         albedo=total([scaled(surface.albedo, weight) for weight, surface in parts], reading, "the colour"),
         emission=total([scaled(surface.emission, weight) for weight, surface in parts], reading, "the emitted colour"),
         alpha=constant(alpha),
+        gloss=gloss_sum([(weight, surface.gloss) for weight, surface in parts], reading),
+        gloss_albedo=total(
+            [scaled(surface.gloss_albedo, weight) for weight, surface in parts], reading, "what it reflects"
+        ),
     )

@@ -13,7 +13,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..emitters import emitters
+from ..emitters import strewn
+from ..geometry import Geometry
 from ..rsm import CLOUD, reflections
 from ..rsm.maps import trace_flux
 from ..rsm.scatter import scattered
@@ -29,11 +30,15 @@ from .volume import Level, Volume
 __all__ = ["Level", "LpvSettings", "Volume", "emit", "indirect", "injected", "propagate"]
 
 
+# Points that stand for all surfaces where cells at a surface are looked for.
+_SURFACE = 1 << 18
+
+
 def emit(tracer: Tracer, receivers: Surfels | None, settings: LpvSettings) -> Iterator[float]:
     """The volume of a scene.
 
-    receivers: the points that will be lit: the finer cascades lie around them, and cells that they do not look at may
-        stay black; None for all cells.
+    receivers: points spread over what will be lit: the finer cascades lie around them. Cells that neither they nor any
+        surface looks at stay black; None for all cells.
     A generator of progress; returns a Volume.
     """
     lights = yield from injected(tracer, settings)
@@ -57,7 +62,7 @@ def injected(tracer: Tracer, settings: LpvSettings) -> Iterator[float]:
         bounce = (yield from trace_flux(tracer, scattered(drawn, tracer.geometry.area, seed + k))).lights()
         every.append(bounce)
     if settings.emissive:
-        glow = emitters(tracer.geometry, CLOUD)
+        glow = tracer.glow
         every.append(replace(glow, flux=glow.flux * np.float32(settings.emissive)))
     return Vpls.concatenate(every)
 
@@ -71,5 +76,16 @@ def propagate(tracer: Tracer, lights: Vpls, receivers: Surfels | None, settings:
     grids = placed(tracer.geometry.bounds, eye, None if receivers is None else receivers.position, settings)
     if settings.propagation == "flat":
         return Volume(tuple((yield from flat.propagated(tracer.geometry, lights, grids, settings))))
-    wanted = [np.arange(g.size) if receivers is None else around(g, receivers.origin) for g in grids]
+    wanted = [np.arange(g.size) for g in grids]
+    if receivers is not None:
+        looking = np.concatenate([receivers.origin, _surface(tracer.geometry)])
+        wanted = [around(g, looking) for g in grids]
     return Volume(tuple((yield from hierarchy.propagated(tracer, lights, grids, wanted, settings))))
+
+
+def _surface(geometry: Geometry) -> np.ndarray:
+    """Points all over the surfaces, so close that none of the cells at a surface is missed: (n, 3) float32 [m]."""
+    corners = geometry.vertices[geometry.triangles]
+    triangle, weights, _ = strewn(geometry, np.ones(len(corners)), _SURFACE) if geometry.area > 0 else ([], [], [])
+    even = [geometry.position(triangle, weights)] if len(triangle) else []
+    return np.concatenate([geometry.vertices, corners.mean(1), *even])

@@ -13,9 +13,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..emitters import emitters
 from ..gathering import Bound, every, gather, strided
 from ..near import NearField
+from ..sampling import Samples
 from ..surfels import Surfels
 from ..trace import Tracer
 from ..vpls import Vpls, coherent, equalized
@@ -85,12 +85,10 @@ def reflections(tracer: Tracer, resolution: int, seed: int, focus: np.ndarray | 
     scene = geometry.scene
     # However many lamps there are, their maps take no more than those of a few.
     resolution = max(8, round(resolution * min(1.0, np.sqrt(_FULL_MAPS / max(1, len(scene.lights))))))
-    maps: list[Map] = []
-    for light in scene.lights:
-        for view in views(light, geometry.bounds, resolution, focus):
-            maps.append((yield from render(tracer, view, seed + len(maps))))
+    every = [view for light in scene.lights for view in views(light, geometry.bounds, resolution, focus)]
+    maps = yield from render(tracer, every, seed)
     others = []
-    glow = scattered(emitters(geometry, CLOUD), geometry.area, seed)
+    glow = scattered(tracer.glow, geometry.area, seed)
     if len(glow.origin):
         others.append((yield from trace_flux(tracer, glow)).lights())
     others.append((yield from skylit(tracer, CLOUD, seed)))
@@ -105,28 +103,35 @@ def _focus(receivers: Surfels) -> np.ndarray | None:
     return np.stack([low, high]) + 0.25 * np.max(high - low) * np.array([[-1], [1]])
 
 
-def indirect(tracer: Tracer, surfels: Surfels, lighting: Lighting, settings: RsmSettings) -> Iterator[float]:
-    """Irradiance from reflected light. A generator of progress; returns (n, 3) float32 [W/m²]."""
-    n, seed, visibility = settings.samples, settings.seed, settings.visibility
+def indirect(
+    tracer: Tracer, surfels: Surfels, lighting: Lighting, settings: RsmSettings, samples: Samples | None = None
+) -> Iterator[float]:
+    """Irradiance from reflected light. A generator of progress; returns (n, 3) float32 [W/m²].
+
+    samples: those of one pass of several, whose mean is the estimate; None for `settings.samples` at once.
+    """
+    samples = samples or Samples(settings.samples)
+    n, seed, visibility = samples.count, settings.seed, settings.visibility
     reflected, bound = lighting.reflected, _bound(settings)
     if not settings.pattern_per_point:
         surfels = replace(surfels, place=np.zeros_like(surfels.place))
     if settings.pattern == "all":
         return (yield from gather(tracer, surfels, reflected, every(reflected), len(reflected), visibility, bound))
-    pattern = strided(reflected, n, seed)
+    m = settings.candidates
+    pattern = strided(reflected, samples, seed, m)
     # Short rays find light of all lamps and in sight only: with maps apart or without shadow rays they do not fit.
     if settings.bound == "compensated" and settings.pattern == "flux" and visibility and len(reflected):
-        field = NearField.of(reflected, n)
+        field = NearField.of(reflected, samples)
         if bound.area is not None:
             field = replace(field, area=bound.area)
-        irradiance = yield from gather(tracer, surfels, reflected, pattern, n, visibility, field.clamp)
+        irradiance = yield from gather(tracer, surfels, reflected, pattern, n * m, visibility, field.clamp, m)
         irradiance += yield from near_light(tracer, surfels, field, settings.bounces, seed)
     else:
-        irradiance = yield from gather(tracer, surfels, reflected, pattern, n, visibility, bound)
-    each = max(1, n // max(1, len(lighting.maps)))
+        irradiance = yield from gather(tracer, surfels, reflected, pattern, n * m, visibility, bound, m)
+    each = samples.part(1 / max(1, len(lighting.maps)))
     for k, source in enumerate(lighting.maps):
         pattern = disk_pattern(source, settings.disk_radius, each, settings.weighting == "literal", seed * 4096 + k)
-        irradiance += yield from gather(tracer, surfels, source.lights(), pattern, each, visibility, bound)
+        irradiance += yield from gather(tracer, surfels, source.lights(), pattern, each.count, visibility, bound)
     return irradiance
 
 

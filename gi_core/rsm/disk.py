@@ -10,18 +10,18 @@ counts texels off the map as dark.
 import numpy as np
 
 from ..gathering import Pattern
-from ..sampling import r2_sequence, rotated
+from ..sampling import Samples, r2_sequence, rotated
 from ..surfels import Surfels
 from .maps import Map
 from .views import project
 
 
-def disk_pattern(source: Map, radius: float, samples: int, literal: bool, seed: int) -> Pattern:
+def disk_pattern(source: Map, radius: float, samples: Samples, literal: bool, seed: int) -> Pattern:
     """Texels of one map around a point's projection. radius: of the disk, as a share of the map's side."""
     side = source.view.resolution
     row_of_texel = np.full(side * side, -1, np.int64)
     row_of_texel[source.surfels.place] = np.arange(len(source.surfels))
-    points = r2_sequence(samples)
+    points = r2_sequence(samples.count, samples.first)
     texels_in_disk = np.pi * (radius * side) ** 2
 
     def pattern(here: Surfels):

@@ -19,10 +19,10 @@ from ..surfels import Surfels
 from ..trace import Tracer
 from ..vpls import Vpls, coherent, equalized
 from .maps import Map, trace_flux
-from .views import rays
+from .views import Rays, rays
 
 # Neighbouring lights share one estimate from this many pairs of a light and a receiver.
-_GROUPS, _PAIRS = 8192, 64
+_GROUPS, _PAIRS = 4096, 32
 
 # Share of the draws that go by flux alone: no light is drawn less than half as often as without the estimate.
 _DEFENSE = 0.5
@@ -90,7 +90,7 @@ def chosen(
     if np.any(weight[:mapped]):
         count = round(n * weight[:mapped].sum() / weight.sum())
         of_maps = np.split(weight[:mapped], ends[: len(maps) - 1])
-        lights += yield from _redrawn(tracer, maps, of_maps, max(1, count), seed)
+        lights.append((yield from _redrawn(tracer, maps, of_maps, max(1, count), seed)))
     if np.any(weight[mapped:]):
         order = order[order >= mapped]
         count = round(n * weight[mapped:].sum() / weight.sum())
@@ -100,7 +100,7 @@ def chosen(
 
 
 def _redrawn(tracer: Tracer, maps: list[Map], weights: list[np.ndarray], n: int, seed: int) -> Iterator[float]:
-    """n rays through cells of maps in proportion to their texels' weights. A generator; returns a list of Vpls."""
+    """n rays through cells of maps in proportion to their texels' weights. A generator; returns the Vpls."""
     cells = []
     for source, weight in zip(maps, weights):
         side = source.view.resolution
@@ -115,7 +115,7 @@ def _redrawn(tracer: Tracer, maps: list[Map], weights: list[np.ndarray], n: int,
     drawn = systematic(weight, n)
     expected = n * weight / weight.sum()
 
-    lights, begin = [], 0
+    drawn_rays, begin = [], 0
     for k, (source, of_map) in enumerate(zip(maps, cells)):
         here = drawn[(drawn >= begin) & (drawn < begin + len(of_map))] - begin
         if len(here):
@@ -130,6 +130,6 @@ def _redrawn(tracer: Tracer, maps: list[Map], weights: list[np.ndarray], n: int,
             lens = np.stack([hash01(np.arange(len(here)), seed * 4 + 2 * k + i + 1024) for i in (0, 1)], -1)
             share = np.prod(size, -1) / side**2 / expected[begin + here]
             flux_rays = rays(source.view, (low + u * size) / side, lens, share)
-            lights.append((yield from trace_flux(tracer, flux_rays, source.view)).lights())
+            drawn_rays.append(flux_rays)
         begin += len(of_map)
-    return lights
+    return (yield from trace_flux(tracer, Rays.concatenate(drawn_rays), from_lamps=True)).lights()

@@ -14,11 +14,11 @@ nor the slant changes what is reused. A flat surface comes to at least 3.16.
 
 import logging
 from collections.abc import Iterator
-from dataclasses import replace
 
 import numpy as np
 
 from .. import tiles
+from ..sampling import Samples
 from ..scene import Camera
 from ..surfels import TILE, Surfels
 from ..trace import Tracer
@@ -38,20 +38,29 @@ _MIN_COSINE = 0.1
 
 
 def interpolated_indirect(
-    tracer: Tracer, surfels: Surfels, lighting: Lighting, settings: RsmSettings, camera: Camera, subpixels: int
+    tracer: Tracer,
+    surfels: Surfels,
+    lighting: Lighting,
+    settings: RsmSettings,
+    camera: Camera,
+    subpixels: int,
+    samples: Samples | None = None,
 ) -> Iterator[float]:
     """Irradiance from reflected light at what a camera sees, with `settings.interpolation` pixels to a lattice cell.
 
-    surfels: of `surfels.from_camera`. settings: `samples` is what one subpixel gathers; a lattice point stands for
-        pixels and gathers as much as all subpixels of one.
+    surfels: of `surfels.from_camera`, of whole rows. samples: what one subpixel gathers, None for `settings.samples`; a
+        lattice point stands for pixels and gathers as much as all subpixels of one.
     A generator of progress; returns (n, 3) float32 [W/m²] and the share of the surfels that took a mix, 0…1.
     """
+    samples = samples or Samples(settings.samples)
     if settings.interpolation == 1 or not len(surfels):
-        return (yield from indirect(tracer, surfels, lighting, settings)), 0.0
+        return (yield from indirect(tracer, surfels, lighting, settings, samples)), 0.0
     width, height = (n * subpixels for n in camera.resolution)
     step = settings.interpolation * subpixels
-    row_of_place = np.full(width * height, -1)
-    row_of_place[surfels.place] = np.arange(len(surfels))
+    # Of the places that the surfels span; around them there is nothing.
+    low, high = surfels.place.min(), surfels.place.max()
+    row_of_place = np.full(high - low + 3, -1)
+    row_of_place[surfels.place - low + 1] = np.arange(len(surfels))
     span = step * spacing(surfels, camera, subpixels)
 
     on_lattice, mixed = np.zeros((2, len(surfels)), bool)
@@ -61,7 +70,7 @@ def interpolated_indirect(
 
     def choose(part: slice):
         place, bilinear = lattice(surfels.place[part], (width, height), step)
-        row = row_of_place[place]
+        row = row_of_place[np.clip(place - low + 1, 0, len(row_of_place) - 1)]
         position, normal = surfels.position[row], surfels.normal[row]
         like = np.where(row >= 0, likeness(surfels[part], position, normal, span[part]), 0)
         on_lattice[part] = bilinear.max(-1) == 1
@@ -74,14 +83,15 @@ def interpolated_indirect(
         irradiance[rows] = total / weight[rows].sum(-1, keepdims=True)
 
     parts = tiles.slices(len(surfels), TILE)
-    yield from _between(0, 0, tiles.run(choose, parts))
+    yield from tiles.within(0, 0, tiles.run(choose, parts))
     alone = ~on_lattice & ~mixed
-    finer = replace(settings, samples=settings.samples * subpixels**2)
+    finer = samples.part(subpixels**2)
     coarse = np.count_nonzero(on_lattice) * subpixels**2
     share = coarse / (coarse + np.count_nonzero(alone))
-    irradiance[on_lattice] = yield from _between(0, share, indirect(tracer, surfels[on_lattice], lighting, finer))
-    irradiance[alone] = yield from _between(share, 1, indirect(tracer, surfels[alone], lighting, settings))
-    yield from _between(1, 1, tiles.run(mix, parts))
+    work = indirect(tracer, surfels[on_lattice], lighting, settings, finer)
+    irradiance[on_lattice] = yield from tiles.within(0, share, work)
+    irradiance[alone] = yield from tiles.within(share, 1, indirect(tracer, surfels[alone], lighting, settings, samples))
+    yield from tiles.within(1, 1, tiles.run(mix, parts))
     _LOG.info("interpolation: %.1f %% of the points reuse their neighbours' light", 100 * mixed.mean())
     return irradiance, float(mixed.mean())
 
@@ -121,12 +131,3 @@ def likeness(here: Surfels, position: np.ndarray, normal: np.ndarray, span: np.n
     dn, dp = normal - here.normal[:, None], position - here.position[:, None]
     like = np.exp(-dot(dn, dn) / _NORMAL - dot(dp, dp) / (_POSITION * span[:, None] ** 2))
     return np.where(like < _ALIKE, 0, like)
-
-
-def _between(begin: float, end: float, work: Iterator[float]) -> Iterator[float]:
-    """A part's progress as the whole's; returns its value."""
-    while True:
-        try:
-            yield begin + (end - begin) * next(work)
-        except StopIteration as stop:
-            return stop.value

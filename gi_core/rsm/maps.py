@@ -3,7 +3,7 @@
 """Reflective shadow maps: what a light sees, and the flux that it reflects (Dachsbacher & Stamminger 2005, §3)."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -38,6 +38,9 @@ class Map:
     depth: np.ndarray
     view: View | None = None
 
+    def __getitem__(self, rows: slice) -> "Map":
+        return Map(self.surfels[rows], self.flux[rows], self.area[rows], self.depth[rows], self.view)
+
     def lights(self) -> Vpls:
         """A light for each texel, in the order of `surfels`; it shines about the face's normal, from the face's
         area."""
@@ -45,20 +48,31 @@ class Map:
         return Vpls(s.position, s.origin, s.face, self.flux, self.area)
 
 
-def render(tracer: Tracer, view: View, seed: int) -> Iterator[float]:
-    """The map of a view. A generator of progress; returns the Map."""
-    return (yield from trace_flux(tracer, texel_rays(view, seed), view))
+def render(tracer: Tracer, views: list[View], seed: int) -> Iterator[float]:
+    """The maps of views, with all their rays in one go: an area light has sixteen. A generator of progress; returns a
+    list of Maps."""
+    if not views:
+        return []
+    flux_rays = [texel_rays(view, seed + k) for k, view in enumerate(views)]
+    every = yield from trace_flux(tracer, Rays.concatenate(flux_rays), from_lamps=True)
+    first = np.cumsum([0] + [len(r.origin) for r in flux_rays])
+    ends = np.searchsorted(every.surfels.place, first)
+    maps = []
+    for view, base, begin, end in zip(views, first, ends, ends[1:]):
+        part = every[begin:end]
+        maps.append(replace(part, surfels=replace(part.surfels, place=part.surfels.place - base), view=view))
+    return maps
 
 
-def trace_flux(tracer: Tracer, flux_rays: Rays, view: View | None = None) -> Iterator[float]:
-    """Follows rays that carry flux to the surfaces that reflect it. A generator of progress; returns a Map."""
+def trace_flux(tracer: Tracer, flux_rays: Rays, from_lamps: bool = False) -> Iterator[float]:
+    """Follows rays that carry flux to the surfaces that reflect it. A generator of progress; returns a Map whose
+    `place` is the ray's index."""
     parts = tiles.slices(len(flux_rays.origin), TILE)
     found: dict[int, Map] = {}
 
     def tile(part: slice):
-        surfels, hit = along_rays(
-            tracer, flux_rays.origin[part], flux_rays.direction[part], np.arange(part.start, part.stop)
-        )
+        origin, direction = flux_rays.origin[part], flux_rays.direction[part]
+        surfels, hit = along_rays(tracer, origin, direction, np.arange(part.start, part.stop), reflecting=True)
         ray = hit + part.start
         arm = surfels.position - flux_rays.origin[ray]
         depth = length(arm)
@@ -66,7 +80,7 @@ def trace_flux(tracer: Tracer, flux_rays: Rays, view: View | None = None) -> Ite
         area = (flux_rays.spread[ray] + flux_rays.solid_angle[ray] * depth**2) / np.maximum(cosine, _MIN_COSINE)
         # A smooth surface receives by its shading normal, which the flux of a ray knows nothing of (Veach 1997, §5.3).
         shading = -dot(flux_rays.direction[ray], surfels.normal) / np.maximum(cosine, 1e-6)
-        if view is not None:
+        if from_lamps:
             # Where it turns away from a lamp that the face sees, Cycles lights the face's other side.
             surfels = surfels.turned(shading < 0)
             shading = np.abs(shading)
@@ -80,5 +94,4 @@ def trace_flux(tracer: Tracer, flux_rays: Rays, view: View | None = None) -> Ite
         np.concatenate([m.flux for m in maps]),
         np.concatenate([m.area for m in maps]),
         np.concatenate([m.depth for m in maps]),
-        view,
     )

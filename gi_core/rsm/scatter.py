@@ -10,14 +10,14 @@ from .. import environment as beyond
 from .. import tiles
 from ..direct import from_environment
 from ..emitters import strewn
-from ..sampling import cosine_hemisphere, hash01
+from ..sampling import Samples, cosine_hemisphere, hash01
 from ..surfels import at
 from ..trace import Tracer
 from ..vpls import Vpls
 from .views import Rays
 
 # Rays to the sky from each point that stands for what it lights, and points worked on at once by a thread.
-_SKY_RAYS, _POINTS = 4, 1 << 13
+_SKY_RAYS, _POINTS = Samples(4), 1 << 13
 
 
 def _no_rays() -> Rays:
@@ -51,7 +51,8 @@ def skylit(tracer: Tracer, n: int, seed: int) -> Iterator[float]:
         return Vpls.concatenate([])
     triangle, weights, area = strewn(geometry, np.ones(len(geometry.triangles)), n // 2)
     place = np.arange(2 * len(triangle))
-    points = at(geometry, np.tile(triangle, 2), np.tile(weights, (2, 1)), place).turned(place >= len(triangle))
+    points = at(geometry, np.tile(triangle, 2), np.tile(weights, (2, 1)), place, reflecting=True)
+    points = points.turned(place >= len(triangle))
     area = np.tile(area, 2)
     solid = area * np.tile(geometry.alpha(triangle, weights), 2)
     flux = np.zeros_like(points.albedo)

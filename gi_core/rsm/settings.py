@@ -12,7 +12,7 @@ class RsmSettings(Settings):
     """How maps are made and gathered from."""
 
     map_resolution: int = setting(
-        512,
+        256,
         "Side of a lamp's map; a lamp with several maps shares as many texels among them",
         low=8,
         high=8192,
@@ -53,6 +53,13 @@ class RsmSettings(Settings):
     visibility: bool = setting(
         True, "Shadow rays between a point and the light reflected to it; without them light leaks"
     )
+    candidates: int = setting(
+        4,
+        "Lights looked at for each sample, of which one that brings much is drawn and gets the shadow ray (flux "
+        "pattern); more lower noise where light is uneven, and take time without a ray's worth of it",
+        low=1,
+        high=64,
+    )
     interpolation: int = setting(
         1,
         "Camera image: gathers at every so many-th pixel along each axis, mixes between them on even surfaces, and "
@@ -60,4 +67,9 @@ class RsmSettings(Settings):
         low=1,
         high=64,
         unit="pixels",
+    )
+    glossy: bool = setting(
+        False,
+        "Camera image: also what glossy surfaces reflect to the camera, as layers of its own; for rough ones, of "
+        "Glossy and Principled BSDFs",
     )

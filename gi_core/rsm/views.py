@@ -9,7 +9,7 @@ very wide spot) six cube faces, an area light a hemisphere from each of 4 × 4 p
 Soft lamps start each texel's ray somewhere on the lamp, so that indirect shadows are as soft as they should be.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -67,6 +67,10 @@ class Rays:
     flux: np.ndarray
     spread: np.ndarray
     solid_angle: np.ndarray
+
+    @staticmethod
+    def concatenate(parts: "list[Rays]") -> "Rays":
+        return Rays(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Rays)))
 
 
 def views(light: Light, bounds: np.ndarray, resolution: int, focus: np.ndarray | None = None) -> list[View]:

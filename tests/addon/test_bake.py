@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Whole bakes of the Cornell box against Cycles, and what a bake leaves alone."""
 
+from dataclasses import replace
+
 import bpy
 import numpy as np
 import pytest
@@ -126,3 +128,63 @@ def test_what_is_not_there_is_refused_before_work(cornell):
     cornell.camera = None
     with pytest.raises(Refused, match="NO_CAMERA"):
         baked(cornell)
+
+
+@pytest.mark.parametrize(
+    "job, memory",
+    [
+        ({"resolution": 96, "settings": RsmSettings(samples=16)}, 4),
+        ({"resolution": 96, "settings": RsmSettings(samples=8, interpolation=4)}, 4),
+        ({"resolution": 96, "settings": RsmSettings(samples=8, denoise="oidn")}, 4),
+        ({"target": "lightmap", "resolution": 96, "settings": RsmSettings(samples=8)}, 2),
+        ({"target": "vertices", "settings": RsmSettings(samples=8)}, 1),
+    ],
+    ids=["image", "interpolated", "oidn", "lightmaps", "vertices"],
+)
+def test_the_result_does_not_depend_on_the_tiles(cornell, job, memory):
+    def values(memory):
+        result = baked(cornell, **job | {"settings": replace(job["settings"], memory=memory)})
+        lights = [part for light in result.light.values() for part in (light.direct, light.indirect)]
+        return [*result.layers.values(), *lights]
+
+    # A megabyte has some 2600 points: bands of rows, or less than one lightmap.
+    for cut, whole in zip(values(memory), values(1024), strict=True):
+        assert np.allclose(cut, whole, rtol=1e-4, atol=1e-5)
+
+
+def test_a_bake_ends_at_a_noise_and_shows_how_it_goes(cornell):
+    shown = []
+
+    def look(name, rows, light):
+        shown.append((name, rows, light))
+
+    settings = RsmSettings(samples=4096, noise_threshold=0.002, denoise="none", antialias=1)
+    job = Job(resolution=64, settings=settings)
+    result = tiles.finish(bake(cornell, bpy.context.view_layer, job, preview=look))
+    [note] = [w for w in result.warnings if w.startswith("refinement")]
+    assert 16 < int(note.split()[1]) < 1024
+    cycles = camera_reference(cornell, bpy.context.view_layer, 1024, 1, 3, (64, 64), antialias=False)
+    # On silhouettes the two see different surfaces.
+    depth = cycles["Depth"][..., 0]
+    same = np.ones(depth.shape, bool)
+    for shift, axis in ((1, 0), (-1, 0), (1, 1), (-1, 1)):
+        same &= np.abs(np.roll(depth, shift, axis) / depth - 1) < 0.05
+    error = metrics.relmse(*(layers["Diffuse Indirect"][same] for layers in (result.layers, cycles)))
+    assert same.mean() > 0.8 and 0.001 < error < 0.004
+    assert all(name == "" and light.shape == (64, 64, 3) for name, _, light in shown)
+    last = result.layers["Diffuse Direct"] + result.layers["Diffuse Indirect"]
+    lit = np.any(result.layers["Diffuse Color"] > 0, -1)
+    errors = [np.mean((light - last)[lit] ** 2) for _, _, light in shown]
+    assert len(errors) > 2 and errors[0] > errors[1] > errors[-1] and errors[-1] < 1e-9
+
+
+def test_only_what_is_asked_for_is_worked_out(cornell):
+    direct, indirect = (
+        baked(cornell, target="lightmap", resolution=16, settings=RsmSettings(light=light))
+        for light in ("direct", "indirect")
+    )
+    assert "maps" not in direct.stages and "lamps" not in indirect.stages
+    for result, has, lacks in ((direct, "direct", "indirect"), (indirect, "indirect", "direct")):
+        lights = result.light.values()
+        assert any(getattr(light, has).any() for light in lights)
+        assert not any(getattr(light, lacks).any() for light in lights)

@@ -249,7 +249,7 @@ def test_plain_materials(tmp_path, images):
                 wrong.append((instance.name, key, looked_up(color, uv)[0, 0], patch[0, 0]))
     assert not wrong, "\n".join(map(str, wrong))
     assert scene.approximated == (
-        "Reflections of Principled BSDF materials are left out; their diffuse part is baked.",
+        "Reflections in glossy surfaces are not baked; they light other surfaces as if they were diffuse.",
     )
 
 
@@ -530,7 +530,7 @@ def test_glossy_shaders_have_no_diffuse_part():
 
 def test_what_principled_has_besides_is_told():
     def make(tree):
-        socket = tree.node("ShaderNodeBsdfPrincipled", Base_Color=(0.0, 0.0, 0.0), Metallic=0.5, Alpha=0.5,
+        socket = tree.node("ShaderNodeBsdfPrincipled", Base_Color=(0.0, 0.0, 0.0), Transmission_Weight=0.5, Alpha=0.5,
                            Coat_Weight=0.1, Normal=tree.node("ShaderNodeNormalMap"))
         material = tree.surface(socket)
         volume = tree.node("ShaderNodeVolumeAbsorption")
@@ -540,7 +540,7 @@ def test_what_principled_has_besides_is_told():
     tree = material()
     square(make(tree))
     told = " ".join(read().approximated)
-    for word in ("coat", "50% of it is metal", "normal or bump", "volume", "Reflections"):
+    for word in ("coat", "50% of it is glass", "normal or bump", "volume", "Reflections"):
         assert word in told
 
 

@@ -9,6 +9,7 @@ import pytest
 from gi_bake.gi_core import direct, rsm, tiles
 from gi_bake.gi_core.geometry import Geometry
 from gi_bake.gi_core.rsm.settings import RsmSettings
+from gi_bake.gi_core.sampling import Samples
 from gi_bake.gi_core.scene import ColorSource, Environment, Texture
 from gi_bake.gi_core.surfels import Surfels
 from gi_bake.gi_core.trace import FAR, Tracer
@@ -51,7 +52,8 @@ def rays_down(n=20000):
 
 
 def received(tracer, points, samples=16):
-    return sum(tiles.finish(part(tracer, points, samples, 0)) for part in (direct.lamps, direct.surroundings))[:, 0]
+    lamps = tiles.finish(direct.lamps(tracer, points, samples, 0))
+    return (lamps + tiles.finish(direct.surroundings(tracer, points, Samples(samples), 0)))[:, 0]
 
 
 @pytest.mark.parametrize("light", ["sun", "sky"])

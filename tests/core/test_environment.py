@@ -9,7 +9,6 @@ from gi_bake.gi_core.environment import parted
 from gi_bake.gi_core.rsm.scatter import skylit
 from gi_bake.gi_core.rsm.settings import RsmSettings
 from gi_bake.gi_core.scene import Environment, Texture
-from gi_bake.gi_core.vpls import Vpls
 from gi_bake.tests import shapes
 
 # A turn of the world by a third around (1, 1, 1), which takes each axis to the next.
@@ -54,11 +53,8 @@ def points(at, normal=(0, 0, 1), n=256):
 
 
 def received(tracer, here, samples):
-    nothing = Vpls.concatenate([])
-    lamps, around = (
-        direct.from_lamps(tracer, here, samples, 0),
-        direct.from_surroundings(tracer, here, nothing, samples, 0),
-    )
+    lamps = direct.from_lamps(tracer, here, samples, 0)
+    around = direct.from_surroundings(tracer, here, sampling.Samples(samples), 0)
     return (lamps + around)[:, 0]
 
 

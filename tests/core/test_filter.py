@@ -4,6 +4,7 @@ import numpy as np
 from gi_bake.gi_core import filter as smoothing
 from gi_bake.gi_core import images, surfels, tiles
 from gi_bake.gi_core.kernels.bilateral import bilateral
+from gi_bake.gi_core.surfels import Surfels
 from gi_bake.tests import shapes
 
 
@@ -58,7 +59,7 @@ def test_the_filter_is_its_definition():
 def test_tiles_do_not_show(monkeypatch):
     value, position, normal = surface(50, 20)
     whole = tiles.finish(smoothing.smooth(value, position, normal, 3))
-    monkeypatch.setattr(smoothing, "_ROWS", 16)
+    monkeypatch.setattr(smoothing, "_PIXELS", 16 * 20)
     assert np.array_equal(whole, tiles.finish(smoothing.smooth(value, position, normal, 3)))
 
 
@@ -89,7 +90,36 @@ def test_light_does_not_pass_under_a_wall():
     tracer = shapes.tracer([shapes.plate(0, 1), wall])
     points, _ = surfels.from_texels(tracer.geometry, "plate", "", (40, 40))
     lit = (points.position[:, :1] < 0).astype(np.float32)
-    done = tiles.finish(images.smoothed(lit, points, (40, 40), 3, tracer))
+    done = tiles.finish(images.smoothed(lit, points, points.place, (40, 40), 3, tracer=tracer))
     assert np.array_equal(done > 0.5, lit > 0.5) and np.abs(done - lit).max() < 1e-5
-    through = tiles.finish(images.smoothed(lit, points, (40, 40), 3))
+    through = tiles.finish(images.smoothed(lit, points, points.place, (40, 40), 3))
     assert np.abs(through - lit).max() > 0.3
+
+
+def test_what_is_no_noise_is_given_back():
+    """A shadow's edge on an even floor, noisy: with the noise known the filter keeps the edge and calms the rest."""
+    side, rng = 96, np.random.default_rng(8)
+    row, column = np.mgrid[:side, :side]
+    position = np.stack([column, row, 0 * row], -1).reshape(-1, 3).astype(np.float32)
+    up = np.broadcast_to(np.float32([0, 0, 1]), position.shape)
+    points = Surfels(position, up, up, 0 * position, 0 * position, np.arange(side * side))
+    truth = np.where(column < side / 2, 1.0, 3.0).reshape(-1, 1) * np.ones(3)
+    for sigma in (0.05, 0.3, 1.0):
+        noisy = (truth + rng.normal(0, sigma, truth.shape)).astype(np.float32)
+        # In two parts, of whose sum the variance is known.
+        parts = np.concatenate([noisy - 0.25, 0 * noisy + 0.25], -1)
+        variance = np.full(noisy.shape, sigma**2, np.float32)
+        plain, kept = (
+            tiles.finish(images.smoothed(parts, points, points.place, (side, side), 3, known)).reshape(-1, 2, 3).sum(1)
+            for known in (None, variance)
+        )
+        errors = [np.mean((image - truth) ** 2) for image in (noisy, plain, kept)]
+        assert errors[2] < 0.7 * errors[0] and errors[2] < errors[1]
+        # Away from the edge nothing is left to give back.
+        away = (np.abs(column - side / 2) > 20).ravel()
+        assert np.mean((kept - truth)[away] ** 2) < 0.1 * sigma**2
+
+
+def test_detail_is_what_noise_does_not_explain():
+    taken, noise = np.array([0.0, 1.0, 1.0, 4.0]), np.array([0.0, 1.0, 2.0, 1.0])
+    assert images.detail(taken, noise).tolist() == [0, 0, 0, 0.75]

@@ -45,7 +45,7 @@ ABOVE, SLANTED = camera((0, 0, 3), (0, 0, 0)), camera((0, -3, 1.5), (0, 0, 0))
 
 def both(tracer, eye, lighting, settings, subpixels=1):
     """What a camera sees, its light with interpolation and without, and the share that is reused."""
-    seen = tiles.finish(surfels.from_camera(tracer, eye, subpixels))
+    seen = surfels.from_camera(tracer, eye, subpixels)
     mixed, share = tiles.finish(interpolation.interpolated_indirect(tracer, seen, lighting, settings, eye, subpixels))
     return seen, mixed[:, 0], tiles.finish(indirect(tracer, seen, lighting, settings))[:, 0], share
 
@@ -149,7 +149,7 @@ def test_neither_tiles_nor_runs_show(monkeypatch):
 
 
 def test_the_share_is_logged_and_progress_rises(caplog):
-    seen = tiles.finish(surfels.from_camera(FLOOR, ABOVE))
+    seen = surfels.from_camera(FLOOR, ABOVE)
     with caplog.at_level(logging.INFO):
         work = interpolation.interpolated_indirect(FLOOR, seen, ceiling(2), EXACT, ABOVE, 1)
         progress = list(work)

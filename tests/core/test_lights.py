@@ -152,7 +152,8 @@ def shadowed(meshes, lamps, at_point, normal=(0, 0, 1), samples=256, **more):
     here = np.tile(np.float32(at_point), (n, 1))
     up = np.tile(np.float32(normal), (n, 1))
     points = surfels.Surfels(here, up, up, 0 * here, 0 * here, np.arange(n))
-    both = [tiles.finish(part(tracer, points, samples, 0)) for part in (direct.lamps, direct.surroundings)]
+    around = direct.surroundings(tracer, points, sampling.Samples(samples), 0)
+    both = [tiles.finish(part) for part in (direct.lamps(tracer, points, samples, 0), around)]
     return sum(both)[:, 0].mean()
 
 

@@ -1,0 +1,143 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""All light on one tile of receivers: direct, from the surroundings and reflected, refined in passes and smoothed."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from . import images
+from .direct import lamps, surroundings
+from .receivers import Tile
+from .refine import Estimate, Goal, refined
+from .rsm.glossy import glossy_light
+from .rsm.interpolation import interpolated_indirect
+from .sampling import Samples
+from .scene import Camera
+from .settings import Settings
+from .surfels import Surfels
+from .techniques import Technique
+from .tiles import named
+from .trace import Tracer
+
+# How long the stages of a tile take beside each other, roughly.
+_STAGES = {"points": 1, "lamps": 1, "gather": 5, "denoise": 1, "gloss": 5}
+
+
+@dataclass(frozen=True)
+class TileLight:
+    """What a bake knows when it comes to a tile.
+
+    emitted: what the technique gathers from; None where reflected light is not wanted. direct: whether direct light is.
+    camera: None for lightmaps and vertices. settings: with samples for one point, see `per_point`.
+    share: of all points that a tile has, and so of the time that there is.
+    reused: points that were interpolated between and points in all, of each pass.
+    """
+
+    tracer: Tracer
+    technique: Technique
+    settings: Settings
+    emitted: object | None
+    direct: bool
+    camera: Camera | None
+    share: float
+    reused: list[tuple[float, int]] = field(default_factory=list)
+
+    @property
+    def stages(self) -> dict[str, float]:
+        """What each stage takes of a tile's time, roughly."""
+        settings = self.settings
+        absent = {
+            "lamps": not self.direct, "denoise": settings.denoise != "bilateral",
+            "gloss": not getattr(settings, "glossy", False),
+        }  # fmt: skip
+        taken = {name: length for name, length in _STAGES.items() if not absent.get(name)}
+        return {name: length / sum(taken.values()) for name, length in taken.items()}
+
+    def on(self, tile: Tile, seen: Callable[[dict[str, np.ndarray]], None] | None = None) -> Iterator:
+        """Works a tile out. A generator of (stage, its share); returns layers (h, w, c), see `images.resolved`, with
+        light "Lamps", "Around" and "Indirect" [W/m²] and "Centred"; and the Estimate of the latter two.
+
+        seen: is shown the layers "Around" and "Indirect" after each pass.
+        """
+        settings, shape, subpixels = self.settings, tile.shape, tile.bands[0].receiver.subpixels
+        points, place, centred = yield from named("points", tile.points())
+        direct = np.zeros((len(points), 3), np.float32)
+        if self.direct:
+            work = lamps(self.tracer, points, settings.light_samples, settings.seed)
+            direct = yield from named("lamps", work)
+
+        def layers(light: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+            return images.resolved(points, place, shape, subpixels, light)
+
+        def show(values: np.ndarray):
+            seen(layers({"Lamps": direct, "Around": values[:, 0], "Indirect": values[:, 1]}))
+
+        estimate = yield from named("gather", self._gathered(points, show if seen else None))
+        values = estimate.values
+        if settings.denoise == "bilateral" and tile.bands[0].receiver.is_image:
+            values = yield from named("denoise", self._smoothed(estimate, points, place, tile))
+        found = layers({"Lamps": direct, "Around": values[:, 0], "Indirect": values[:, 1]})
+        found["Centred"] = images.spread(centred[:, None], place, shape)[::subpixels, ::subpixels]
+        if self.camera:
+            band = tile.bands[0]
+            found["Sky"] = images.sky(self.tracer.geometry.scene.environment, self.camera, subpixels, band.rows, place)
+        if self.camera and getattr(settings, "glossy", False):
+            found |= yield from named("gloss", self._gloss(points, tile))
+        return found, estimate
+
+    def _gloss(self, points: Surfels, tile: Tile) -> Iterator[float]:
+        """What glossy surfaces reflect to the camera: a generator of progress; returns layers."""
+        settings, rows, subpixels = self.settings, tile.bands[0].rows, tile.bands[0].receiver.subpixels
+        shown = yield from glossy_light(self.tracer, points, self.camera, subpixels, rows, settings)
+        place, shape = shown.surfels.place - rows.start * tile.shape[1], tile.shape
+        noisy = np.concatenate([shown.around, shown.indirect], -1)
+        if settings.denoise == "bilateral":
+            # What a mirror shows has edges that its surface knows nothing of: a filter along it must not reach far.
+            noisy = yield from images.smoothed(noisy, shown.surfels, place, shape, 1)
+        light = {"Glossy Lamps": shown.lamps, "Glossy Around": noisy[:, :3], "Glossy Indirect": noisy[:, 3:]}
+        layers = {k: images.over_color(v, shown.color, place, shape, subpixels) for k, v in light.items()}
+        whole = images.spread(shown.color, place, shape)
+        h, w = (n // subpixels for n in shape)
+        return layers | {"Glossy Color": whole.reshape(h, subpixels, w, subpixels, 3).mean((1, 3))}
+
+    def _gathered(self, points: Surfels, seen) -> Iterator[float]:
+        """Light of the surroundings and reflected light: a generator; returns the Estimate of both, (n, 2, 3)."""
+        settings, n = self.settings, len(points)
+        in_passes = self.emitted is not None and self.technique.in_passes(settings)
+
+        def one_pass(samples: Samples) -> Iterator[float]:
+            values = np.zeros((n, 2, 3), np.float32)
+            if self.direct:
+                values[:, 0] = yield from surroundings(self.tracer, points, samples, settings.seed)
+            if in_passes:
+                values[:, 1] = yield from self._indirect(points, samples)
+            return values
+
+        goal = Goal(settings.samples, settings.noise_threshold, settings.time_limit * self.share)
+        estimate = yield from refined(one_pass, goal, seen)
+        if self.emitted is not None and not in_passes:
+            estimate.values[:, 1] = yield from self._indirect(points, Samples(settings.samples))
+        return estimate
+
+    def _indirect(self, points: Surfels, samples: Samples) -> Iterator[float]:
+        settings = self.settings
+        if self.camera is None or getattr(settings, "interpolation", 1) == 1:
+            return (yield from self.technique.indirect(self.tracer, points, self.emitted, settings, samples))
+        irradiance, share = yield from interpolated_indirect(
+            self.tracer, points, self.emitted, settings, self.camera, settings.antialias, samples
+        )
+        self.reused.append((share * len(points), len(points)))
+        return irradiance
+
+    def _smoothed(self, estimate: Estimate, points: Surfels, place: np.ndarray, tile: Tile) -> Iterator[float]:
+        """The estimate's values without their noise: a generator of progress; returns (n, 2, 3)."""
+        # A lightmap goes on under walls; what a camera sees does not.
+        walls = self.tracer if self.camera is None else None
+        island = np.repeat(np.arange(len(tile.bands)), [band.height for band in tile.bands])
+        values, passes = estimate.values, self.settings.denoise_passes
+        noisy = values if self.technique.noisy(self.settings) else values[:, :1]
+        flat, variance = noisy.reshape(len(points), -1), estimate.variance
+        smooth = yield from images.smoothed(flat, points, place, tile.shape, passes, variance, walls, island)
+        return np.concatenate([smooth.reshape(noisy.shape), values[:, noisy.shape[1] :]], 1)
