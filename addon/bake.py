@@ -20,22 +20,23 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..gi_core import images, ssgi
+from ..gi_core import images, lpv, ssgi
 from ..gi_core.geometry import Geometry
 from ..gi_core.receivers import POINT_BYTES, Receiver, Tile, cut, guides, of_camera, of_texels, of_vertices
 from ..gi_core.refine import Estimate
 from ..gi_core.rsm.settings import RsmSettings
 from ..gi_core.scene import Camera
 from ..gi_core.settings import SettingError, Settings
-from ..gi_core.techniques import METHODS
+from ..gi_core.techniques import METHODS, Asked
 from ..gi_core.tile_light import TileLight
 from ..gi_core.tiles import finish, named
 from ..gi_core.trace import Tracer
 from . import denoise, preflight
+from .read.box import box_corners
 from .read.camera import read_cameras
 from .read.images import ImageReader
 
-TARGETS = ("image", "lightmap", "vertices")
+TARGETS = ("image", "lightmap", "vertices", "volume")
 
 # Side of a lightmap where none is asked for [texels].
 LIGHTMAP_SIDE = 256
@@ -89,6 +90,8 @@ class Job:
             raise NotThere(f"the method '{self.method}' is not there yet; there is {', '.join(METHODS)}")
         if self.target not in TARGETS:
             raise NotThere(f"the target '{self.target}' is not there yet; there are {', '.join(TARGETS)}")
+        if self.target == "volume" and self.method != "lpv":
+            raise NotThere("only the method 'lpv' makes a volume: add --method lpv")
         if self.settings.device == "gpu":
             raise NotThere("baking on the graphics card is not there yet; use device auto or cpu")
         if self.resolution is not None and not 4 <= self.resolution <= 16384:
@@ -136,6 +139,7 @@ class Result:
 
     layers: pass name -> (h, w, c) float32 of the camera image, else empty.
     light: object name -> Light of lightmaps or vertices, else empty.
+    volume: the reflected light everywhere, of the target "volume".
     device: what computed. stages: name -> seconds, in order.
     approximated, warnings: sentences. history: what the next frame of an animation may go on from.
     """
@@ -147,6 +151,7 @@ class Result:
     stages: dict[str, float]
     approximated: tuple[str, ...]
     warnings: tuple[str, ...]
+    volume: lpv.Volume | None = None
     history: ssgi.History | None = None
 
 
@@ -226,17 +231,22 @@ def bake(
     with stages.time("trees"):
         tracer = Tracer(Geometry(core))
 
+    if getattr(job.settings, "box", ""):
+        job = replace(job, settings=replace(job.settings, box=box_corners(job.settings.box, scene)))
     settings, technique = _per_point(job), METHODS[job.method]
+    if job.target == "volume":
+        work = named("maps", technique.emit(tracer, Asked(None), settings))
+        volume = yield from stages.follow(work, 0, 1, {"maps": 1.0})
+        notes = tuple(f"{f.code}: {f.message}" for f in findings)
+        return Result(job, {}, {}, "cpu", stages.seconds, core.approximated, notes, volume)
+
     camera = camera_at(core.camera, job.resolution) if job.target == "image" else None
     receivers = _receivers(tracer, job, camera)
     emitted = None
     if job.wants("indirect"):
-        around = guides(tracer, [r.name for r in receivers], camera, _GUIDES)
-        work = technique.emit(tracer, around, settings)
-        if job.method == "ssgi":
-            # Pictures of their own, at pixels and not at what is lit.
-            work = ssgi.views(tracer, [camera] if camera else cameras, job.settings, history)
-        work = named("maps", work)
+        spread = guides(tracer, [r.name for r in receivers], camera, _GUIDES)
+        asked = Asked(spread, [camera] if camera else cameras, history)
+        work = named("maps", technique.emit(tracer, asked, job.settings))
         emitted = yield from stages.follow(work, 0, _MAPS, {"maps": 1.0})
 
     margin, unit = _margin(settings, camera)
@@ -255,7 +265,7 @@ def bake(
         for receiver, rows, kept in tile.kept():
             _put(canvases[receiver.name], found, names, receiver, rows, kept)
     if settings.denoise == "oidn" and job.target != "vertices":
-        yield from stages.follow(named("denoise", _oidn(canvases)), 1, 0, {})
+        yield from stages.follow(named("denoise", _oidn(canvases, technique.noisy(settings))), 1, 0, {})
 
     views = emitted if job.method == "ssgi" and emitted else []
     with stages.time("layers"):
@@ -270,7 +280,7 @@ def bake(
             light = {r.name: _light(canvases[r.name], r.shape, _coverage(r, views)) for r in receivers}
     warnings = [f"{f.code}: {f.message}" for f in findings] + _notes(settings, reused, estimates)
     carried = views[0].history if views else None
-    return Result(job, layers, light, "cpu", stages.seconds, core.approximated, tuple(warnings), carried)
+    return Result(job, layers, light, "cpu", stages.seconds, core.approximated, tuple(warnings), history=carried)
 
 
 def _per_point(job: Job) -> Settings:
@@ -352,10 +362,11 @@ def _put(
         canvas[name][_pixels(kept, receiver)] = layer[_pixels(rows, receiver)]
 
 
-def _oidn(canvases: dict[str, dict[str, np.ndarray]]) -> Iterator[float]:
-    """Takes the noise out of all images. A generator of progress."""
+def _oidn(canvases: dict[str, dict[str, np.ndarray]], noisy: bool) -> Iterator[float]:
+    """Takes the noise out of all images; noisy: out of reflected light too. A generator of progress."""
     found = list(canvases.values())
-    kinds = [k for k in ("Around", "Indirect", "Glossy Around", "Glossy Indirect") if any(k in c for c in found)]
+    kinds = ["Around", *(["Indirect"] if noisy else []), "Glossy Around", "Glossy Indirect"]
+    kinds = [kind for kind in kinds if any(kind in canvas for canvas in found)]
     clean = yield from denoise.smoothed([np.concatenate([c[k] for k in kinds], -1) for c in found], found)
     for canvas, light in zip(found, clean):
         for kind, part in zip(kinds, np.split(light, len(kinds), axis=-1)):

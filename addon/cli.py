@@ -21,6 +21,7 @@ from pathlib import Path
 
 import bpy
 
+from ..gi_core.lpv.grid import memory
 from ..gi_core.settings import SettingError, updated
 from . import preflight
 from .animation import bake_frames
@@ -149,7 +150,8 @@ def _check(arguments: argparse.Namespace, path: Path | None) -> dict:
     )  # fmt: skip
     if any(f.severity == "ERROR" for f in findings):
         raise Refused(findings)
-    return {"findings": [asdict(f) for f in findings]}
+    volume = memory(job.settings) if job.method == "lpv" else None
+    return {"findings": [asdict(f) for f in findings], "volume_bytes": volume}
 
 
 def _bake(arguments: argparse.Namespace, path: Path | None) -> dict:
@@ -206,13 +208,15 @@ def _baked(
     file = _save_file(arguments, output)
     if job.target == "vertices" and arguments.command == "bake" and file is None:
         raise UsageError("light at vertices is kept in the .blend: add --save, or --save FILE")
+    if job.target == "volume" and arguments.command == "compare":
+        raise UsageError("Cycles has no volume of light to compare with: compare --target image")
     begin = time.perf_counter()
     result = _followed(bake(scene, view_layer, job, output))
 
     written = time.perf_counter()
     outputs = [str(p) for p in export(result, output, view_layer.name)]
     if file is not None:
-        store(result, scene)
+        store(result, scene, output)
         bpy.ops.wm.save_as_mainfile(filepath=str(file.resolve()), copy=True, compress=True, relative_remap=True)
         outputs.append(str(file))
     stages = {**result.stages, "write": time.perf_counter() - written}
@@ -319,7 +323,9 @@ def _finding(finding: dict) -> str:
 def _table(answer: dict) -> str:
     """What a person reads: stages and seconds, outputs, errors."""
     if "findings" in answer:
-        return "".join(_finding(f) for f in answer["findings"]) or "ready to bake\n"
+        size = answer["volume_bytes"]
+        volume = f"the volume takes at most {size / 2**20:.0f} MB\n" if size else ""
+        return ("".join(_finding(f) for f in answer["findings"]) or "ready to bake\n") + volume
     lines = [f"{answer['method']} {answer['target']} on {answer['device']}"]
     lines += [f"  {stage:<10}{seconds:8.2f} s" for stage, seconds in answer["stages"].items()]
     lines += [f"  {'bake':<10}{answer['seconds']:8.2f} s"]

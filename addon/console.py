@@ -2,6 +2,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The console script `gi-bake`, for the bpy wheel."""
 
+import importlib.util
+import sys
+from pathlib import Path
+
 from .standard_output import quiet
 
 
@@ -9,5 +13,8 @@ def main() -> int:
     """Runs the command line on sys.argv; the exit code."""
     # bpy speaks already when it is imported.
     with quiet():
+        # Modules that come with Blender, openvdb among them: its program has them on the path, the wheel has not.
+        folder = Path(importlib.util.find_spec("bpy").origin).parent
+        sys.path.extend(str(p) for p in folder.glob("*/python/lib/python3.*/site-packages"))
         from . import cli
     return cli.main()

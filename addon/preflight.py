@@ -19,6 +19,7 @@ from . import denoise as denoiser
 from .read import read_scene
 from .read.images import ImageReader
 from .read.nodes import Reading
+from .write import volumes
 from .write.attributes import AttributeTargetError, check_targets
 
 _SURFACES = {"MESH", "CURVE", "FONT", "SURFACE", "META"}
@@ -79,6 +80,9 @@ def inspected(
     findings = [*_check_output(output), *_check_libraries(), *_check_denoiser(denoise, target)]
     if target == "image" and camera is None:
         findings.append(no_camera(scene))
+    if target == "volume" and not volumes.available():
+        message = "This Blender was built without openvdb, which writes volumes."
+        findings.append(_error("OPENVDB_MISSING", "", message, "Use Blender's own build, or bake to vertices."))
     checked = _CheckedImages(images)
 
     def look(core: Scene, depsgraph: bpy.types.Depsgraph):

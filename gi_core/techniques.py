@@ -2,13 +2,29 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The techniques by name, and what a bake asks of each."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
-from . import rsm, ssgi
+from . import lpv, rsm, ssgi
+from .lpv.settings import LpvSettings
 from .rsm.settings import RsmSettings
+from .scene import Camera
 from .settings import Settings
 from .ssgi.settings import SsgiSettings
+from .surfels import Surfels
+
+
+@dataclass(frozen=True)
+class Asked:
+    """Who asks for light.
+
+    guides: surfels spread over all that gets light, None where it may be asked for anywhere. cameras: that look at it.
+    history: what a technique left of the frame before, None without.
+    """
+
+    guides: Surfels | None
+    cameras: Sequence[Camera] = ()
+    history: object | None = None
 
 
 @dataclass(frozen=True)
@@ -16,20 +32,37 @@ class Technique:
     """How a technique finds reflected light; the functions are generators of progress.
 
     settings: the class of its settings.
-    emit: (tracer, guides, settings), guides being surfels spread over all that gets light; returns what to gather from.
+    emit: (tracer, Asked, settings); returns what to gather from.
     indirect: (tracer, surfels, emitted, settings, samples); returns (n, 3) irradiance [W/m²].
     in_passes: whether under given settings it takes samples, so that passes of some of them add up.
-    filters: whether it takes its noise out itself, where the bilateral filter is asked for.
+    noisy: whether under given settings its light has noise that the bake is to take out.
     """
 
     settings: type[Settings]
     emit: Callable[..., Iterator[float]]
     indirect: Callable[..., Iterator[float]]
-    in_passes: Callable[[Settings], bool]
-    filters: bool = False
+    in_passes: Callable[[Settings], bool] = lambda settings: False
+    noisy: Callable[[Settings], bool] = lambda settings: True
 
 
 METHODS = {
-    "rsm": Technique(RsmSettings, rsm.emit, rsm.indirect, lambda settings: settings.pattern != "all"),
-    "ssgi": Technique(SsgiSettings, ssgi.emit, ssgi.indirect, lambda settings: False, filters=True),
+    "rsm": Technique(
+        RsmSettings,
+        lambda tracer, asked, settings: rsm.emit(tracer, asked.guides, settings),
+        rsm.indirect,
+        in_passes=lambda settings: settings.pattern != "all",
+    ),
+    "lpv": Technique(
+        LpvSettings,
+        lambda tracer, asked, settings: lpv.emit(tracer, asked.guides, settings),
+        lambda tracer, surfels, volume, settings, samples: lpv.indirect(tracer, surfels, volume, settings),
+        noisy=lambda settings: False,
+    ),
+    "ssgi": Technique(
+        SsgiSettings,
+        lambda tracer, asked, settings: ssgi.views(tracer, asked.cameras, settings, asked.history),
+        ssgi.indirect,
+        # It takes its noise out itself, but where Open Image Denoise is asked for.
+        noisy=lambda settings: settings.denoise == "oidn",
+    ),
 }

@@ -136,7 +136,8 @@ class TileLight:
         # A lightmap goes on under walls; what a camera sees does not.
         walls = self.tracer if self.camera is None else None
         island = np.repeat(np.arange(len(tile.bands)), [band.height for band in tile.bands])
-        noisy = estimate.values[:, : 1 if self.technique.filters else 2]
-        flat, passes = noisy.reshape(len(points), -1), self.settings.denoise_passes
-        smooth = yield from images.smoothed(flat, points, place, tile.shape, passes, estimate.variance, walls, island)
-        return np.concatenate([smooth.reshape(noisy.shape), estimate.values[:, noisy.shape[1] :]], 1)
+        values, passes = estimate.values, self.settings.denoise_passes
+        noisy = values if self.technique.noisy(self.settings) else values[:, :1]
+        flat, variance = noisy.reshape(len(points), -1), estimate.variance
+        smooth = yield from images.smoothed(flat, points, place, tile.shape, passes, variance, walls, island)
+        return np.concatenate([smooth.reshape(noisy.shape), values[:, noisy.shape[1] :]], 1)

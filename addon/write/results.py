@@ -12,13 +12,15 @@ from ...gi_core.dilate import dilate
 from ..bake import Light, Result
 from .attributes import write_coverage, write_irradiance
 from .images import file_stem, save_image, save_png, write_images
+from .volumes import save_volume, store_volume
 
 
-def store(result: Result, scene: bpy.types.Scene) -> list[str]:
+def store(result: Result, scene: bpy.types.Scene, folder: Path | None = None) -> list[str]:
     """Puts a result into the open file, replacing an earlier one; the names of what holds it.
 
     A camera image becomes the images "SCENE GI" and "SCENE GI Indirect", a lightmap "OBJECT Lightmap", light at
-    vertices the attribute `gi_irradiance` (E [W/m²]) of the object's mesh.
+    vertices the attribute `gi_irradiance` (E [W/m²]) of the object's mesh, a volume the object "SCENE GI Volume", which
+    reads the file that `export` writes into the folder.
     """
     target = result.job.target
     if target == "image":
@@ -30,6 +32,8 @@ def store(result: Result, scene: bpy.types.Scene) -> list[str]:
     if target == "lightmap":
         maps = {f"{name} Lightmap": pixels for name, pixels in lightmaps(result).items()} | coverages(result)
         return [image.name for image in write_images(maps).values()]
+    if target == "volume":
+        return [store_volume(folder / "volume.vdb", result.volume, scene, result.job.settings.blend).name]
     write_irradiance({name: np.float32(np.pi) * wanted(light, result) for name, light in result.light.items()})
     write_coverage({name: light.coverage for name, light in result.light.items() if light.coverage is not None})
     return list(result.light)
@@ -42,6 +46,8 @@ def export(result: Result, folder: Path, view_layer: str) -> list[Path]:
         path = folder / "image.exr"
         exr.write_layers(path, result.layers, view_layer)
         return [path, save_png(folder, "image", result.layers["Combined"])]
+    if result.job.target == "volume":
+        return [save_volume(folder / "volume.vdb", result.volume, result.job.settings.half)]
     paths, taken = [], set()
     maps = {f"{name} Lightmap": pixels for name, pixels in lightmaps(result).items()} | coverages(result)
     for name, pixels in maps.items():

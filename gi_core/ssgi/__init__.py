@@ -20,7 +20,7 @@ from .pipeline import restored, still
 from .settings import SsgiSettings
 from .view import History, View, seen
 
-__all__ = ["History", "View", "emit", "indirect", "restored", "seen", "still", "views"]
+__all__ = ["History", "View", "indirect", "restored", "seen", "still", "views"]
 
 
 def views(
@@ -35,11 +35,6 @@ def views(
         work = still(tracer, camera, settings, history=None if k else history)
         found.append((yield from tiles.within(k / len(cameras), (k + 1) / len(cameras), work)))
     return found
-
-
-def emit(tracer: Tracer, guides: Surfels, settings: SsgiSettings) -> Iterator[float]:
-    """`views` of the scene's camera. guides: the points that will ask, for which it does not care."""
-    return (yield from views(tracer, [tracer.geometry.scene.camera], settings))
 
 
 def indirect(

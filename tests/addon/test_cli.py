@@ -77,7 +77,7 @@ def test_compare_measures(sample, tmp_path):
 @pytest.mark.parametrize(
     "arguments, words",
     [
-        (("bake", "{}", "--method", "lpv"), "lpv"),
+        (("bake", "{}", "--method", "raytrace"), "raytrace"),
         (("bake", "{}", "--method", "magic"), "magic"),
         (("bake", "{}", "--target", "volume"), "volume"),
         (("bake", "{}", "--device", "gpu"), "card"),

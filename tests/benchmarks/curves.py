@@ -55,7 +55,8 @@ def one_scene(name, resolution, bounces, reference_samples):
     curves = {"GI Bake": [], "GI Bake, bilateral": [], "GI Bake, OIDN": [], "Cycles": [], "Cycles, OIDN": []}
     for samples in OURS:
         for label, denoise in (("", "none"), (", bilateral", "bilateral"), (", OIDN", "oidn")):
-            settings = RsmSettings(samples=samples, bounces=bounces, denoise=denoise)
+            # As many samples of lamps as of the rest, as Cycles takes them.
+            settings = RsmSettings(samples=samples, light_samples=samples, bounces=bounces, denoise=denoise)
             begin = time.perf_counter()
             result = tiles.finish(bake(scene, view_layer, Job(resolution=resolution, settings=settings)))
             seconds = time.perf_counter() - begin

@@ -75,7 +75,7 @@ def main():
     parser.add_argument("--scene", default="props")
     parser.add_argument("--resolution", type=int, default=64)
     parser.add_argument("--cycles-samples", type=int, default=4)
-    parser.add_argument("--samples", type=int, default=64)
+    parser.add_argument("--samples", type=int, default=4)
     parser.add_argument("--objects", type=int, default=60)
     parser.add_argument("--reference", type=int, default=6)
     parser.add_argument("--json", type=Path)
@@ -90,7 +90,7 @@ def main():
         names = [obj.name for obj in sorted(objects, key=lambda o: (o.data.name.lower() in ("floor", "wall"), o.name))]
         names = names[: a.objects]
         uv_maps = {name: bpy.data.objects[name].data.uv_layers.active.name for name in names}
-        settings = RsmSettings(samples=a.samples)
+        settings = RsmSettings(samples=a.samples, light="indirect")
 
         begin = time.perf_counter()
         result = tiles.finish(

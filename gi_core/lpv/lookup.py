@@ -1,0 +1,119 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""From the volume to points: which cells count, and how much."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from .. import sh, tiles
+from ..kernels.lpv_trilinear import corners, mixed
+from ..surfels import Surfels
+from ..trace import Tracer
+from ..vectors import dot, normalize
+from .grid import Grid
+from .settings import LpvSettings
+from .volume import Level, Volume
+
+_POINTS = 1 << 13
+
+# A cell whose middle is hidden counts this little, so that where all are hidden they count alike.
+_HIDDEN = np.float32(1e-4)
+
+# How far along the normal the volume's change is looked at [cells].
+_STEP = 0.2
+
+
+def weights(tracer: Tracer | None, grid: Grid, points: np.ndarray, face=None) -> tuple[np.ndarray, np.ndarray]:
+    """The cells around points and how much they count: (n, 3) [m] -> (n, 8) places in C order, (n, 8) float32, sum 1.
+
+    tracer: rays find out which cells' middles a point sees; None takes all. face: (n, 3) unit, the side of its surface
+    that a point looks to; what lies behind is not seen.
+    """
+    cells, weight = corners(grid.local(points), grid.shape)
+    if tracer is not None:
+        middle = grid.centres(cells)
+        seen = np.ones(weight.shape, bool)
+        if face is not None:
+            seen = dot(middle - points[:, None], face[:, None]) > 0
+        row, column = np.nonzero(seen & (weight > 0))
+        seen[row, column] = tracer.connected(points[row], middle[row, column])
+        weight *= np.where(seen, 1, _HIDDEN)
+        weight /= np.maximum(weight.sum(-1, keepdims=True), 1e-20)
+    return grid.flat(cells), weight
+
+
+def around(grid: Grid, points: np.ndarray) -> np.ndarray:
+    """The cells that points within a grid look at: (n, 3) [m] -> places in C order, ascending."""
+    looked_at = np.zeros(grid.size, bool)
+    local = grid.local(points)
+    local = local[np.all((local >= 0) & (local <= np.array(grid.shape)), -1)]
+    looked_at[grid.flat(corners(local, grid.shape)[0])] = True
+    return np.flatnonzero(looked_at)
+
+
+def _share(grid: Grid, points: np.ndarray, width: float) -> np.ndarray:
+    """How much of a grid's light counts at points: 1 inside, 0 outside, between over `width` cells: (n,) float32."""
+    local = grid.local(points)
+    depth = np.min(np.minimum(local, np.array(grid.shape, np.float32) - local), -1)
+    return np.clip(depth / max(width, 1e-6), 0, 1).astype(np.float32)
+
+
+def coefficients(tracer, levels: tuple[Level, ...], settings: LpvSettings, points, face=None) -> np.ndarray:
+    """Irradiance over the normal at points, all at once: (n, 3) -> (n, k, 3) float32 [W/m²]."""
+    out = np.zeros((len(points), *levels[0].irradiance.shape[1:]), np.float32)
+    left = np.ones(len(points), np.float32)
+    rays = tracer if settings.visibility and settings.propagation == "hierarchical" else None
+    for k, level in enumerate(levels):
+        last = k == len(levels) - 1
+        share = np.ones_like(left) if last and not settings.fade else (
+            _share(level.grid, points, settings.fade if last else settings.blend))  # fmt: skip
+        row = np.flatnonzero(share * left)
+        index, weight = weights(rays, level.grid, points[row], None if face is None else face[row])
+        out[row] += mixed(level.irradiance, index, weight * (share * left)[row, None])
+        left = left * (1 - share)
+    return out
+
+
+def indirect(tracer: Tracer, surfels: Surfels, volume: Volume, settings: LpvSettings) -> Iterator[float]:
+    """Irradiance from the volume at surfels. A generator of progress; returns (n, 3) float32 [W/m²]."""
+    irradiance = np.zeros((len(surfels), 3), np.float32)
+    if not volume.levels:
+        return irradiance
+
+    def tile(part: slice):
+        here = surfels[part]
+        found = coefficients(tracer, volume.levels, settings, here.origin, here.face)
+        factor = np.full(len(here), settings.intensity, np.float32)
+        if settings.derivative_damping:
+            step = np.float32(_STEP * volume.levels[0].grid.cell) * here.normal
+            ahead = coefficients(tracer, volume.levels, settings, here.origin + step, here.face)
+            factor *= damping(found, ahead - found) ** np.float32(settings.derivative_damping)
+        if settings.directional_occlusion:
+            far = settings.occlusion_radius * volume.levels[0].grid.cell
+            factor *= 1 - np.float32(settings.directional_occlusion) * _hidden(tracer, here, found, far)
+        irradiance[part] = np.maximum(sh.evaluate(found, here.normal), 0) * factor[:, None]
+
+    yield from tiles.run(tile, tiles.slices(len(surfels), _POINTS))
+    return irradiance
+
+
+def damping(found: np.ndarray, change: np.ndarray) -> np.ndarray:
+    """How much light on a surface is believed, by how it changes along the normal: (n, k, 3), (n, k, 3) -> (n,).
+
+    Light that has come to the surface from before it grows along the normal; light of the other side, which has only
+    leaked into the cell, becomes less (Kaplanyan 2009). 1 where both point the same way, 0 where they are opposite.
+    """
+    cosine = np.einsum("nkc,nkc->nc", found, change)
+    norms = np.einsum("nkc,nkc->nc", found, found) * np.einsum("nkc,nkc->nc", change, change)
+    cosine = np.divide(cosine, np.sqrt(norms), out=np.zeros_like(cosine), where=norms > 0)
+    return np.clip(cosine.max(-1), 0, 1)
+
+
+def _hidden(tracer: Tracer, here: Surfels, found: np.ndarray, far: float) -> np.ndarray:
+    """Whether something near stands where most of a point's light comes from: (n,) float32, 0 or 1."""
+    direction = normalize(sh.vector(found).mean(-1))
+    looks = np.flatnonzero(dot(direction, here.face) > 0)
+    hidden = np.zeros(len(here), np.float32)
+    hidden[looks] = tracer.occluded(here.origin[looks], direction[looks], np.full(len(looks), far, np.float32))
+    return hidden
