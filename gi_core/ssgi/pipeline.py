@@ -119,6 +119,7 @@ def one_pass(inputs: Inputs, history: History | None, settings: SsgiSettings) ->
     layers = {"Traced": raw, "Missed": missed, "Accumulated": mean, "Passes": count}
     if settings.debug:
         layers |= {"Face": full.face, "Lit": lit.reshape(full.position.shape), "Motion": _motion(full, history)}
+        layers |= {"Hit": spread(found.first_hit, inputs.search.points.place, shape)}
 
     filtered, result = mean, mean
     if settings.denoise == "bilateral":

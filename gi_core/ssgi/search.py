@@ -93,6 +93,15 @@ class Found:
     rest: np.ndarray
     missed: np.ndarray
 
+    @property
+    def first_hit(self) -> np.ndarray:
+        """Where each point's first ray hit the screen: (n, 3) float32, x, y and depth [m], −1 for a miss or a scan."""
+        full = self.search.full
+        hit = self.hit[:, 0] if self.hit.shape[1] else np.full(len(self.hit), -1)
+        row, column = np.divmod(hit, full.screen.shape[1])
+        at = np.stack([column, row, full.depth.ravel()[hit]], -1)
+        return np.where(hit[:, None] >= 0, at, -1).astype(np.float32)
+
     def radiance(self, picture: np.ndarray, level: int) -> Iterator[float]:
         """Mean radiance that arrives where surfaces send what a picture (H · W, 3) shows.
 
