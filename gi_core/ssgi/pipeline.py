@@ -16,7 +16,7 @@ from ..sampling import hash01, r2_sequence
 from ..scene import Camera
 from ..trace import Tracer
 from .frame import METRE, GBuffer, before, direct_light, g_buffer, slant
-from .probes import Probes, bake_probes
+from .probes import Probes, bake_probes, propagated
 from .screen import Screen
 from .search import Search, searched
 from .settings import SsgiSettings
@@ -57,7 +57,8 @@ def still(
     """
     settings = settings.preset
     if probes is None and settings.wants_probes:
-        probes = yield from tiles.within(0.0, 0.1, bake_probes(tracer, settings))
+        work = propagated if settings.probes == "lpv" else bake_probes
+        probes = yield from tiles.within(0.0, 0.1, work(tracer, settings))
     full = yield from tiles.within(0.1, 0.12, g_buffer(tracer, Screen(camera)))
     buffer = _traced(full, settings)
     if settings.mode == "off":
@@ -118,6 +119,7 @@ def one_pass(inputs: Inputs, history: History | None, settings: SsgiSettings) ->
     layers = {"Traced": raw, "Missed": missed, "Accumulated": mean, "Passes": count}
     if settings.debug:
         layers |= {"Face": full.face, "Lit": lit.reshape(full.position.shape), "Motion": _motion(full, history)}
+        layers |= {"Hit": spread(found.first_hit, inputs.search.points.place, shape)}
 
     filtered, result = mean, mean
     if settings.denoise == "bilateral":

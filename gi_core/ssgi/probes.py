@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import environment as beyond
-from .. import tiles
+from .. import lpv, tiles
 from ..surfels import Surfels
 from ..trace import FAR, Tracer
 from .paths import paths
@@ -91,6 +91,17 @@ def bake_probes(tracer: Tracer, settings: SsgiSettings) -> Iterator[float]:
 
     yield from tiles.run(tile, tiles.slices(len(position), max(1, _RAYS // rays)))
     return ProbeVolume(tracer, origin, spacing, cube.reshape(*size, 6, 3))
+
+
+def propagated(tracer: Tracer, settings: SsgiSettings) -> Iterator[float]:
+    """A light propagation volume as Probes. A generator of progress."""
+    chosen = lpv.LpvSettings(bounces=settings.bounces, seed=settings.seed)
+    volume = yield from lpv.emit(tracer, None, chosen)
+
+    def light(points: Surfels) -> tuple[np.ndarray, np.ndarray]:
+        return tiles.finish(lpv.indirect(tracer, points, volume, chosen)), np.ones(len(points), np.float32)
+
+    return light
 
 
 def _sphere(n: int) -> np.ndarray:

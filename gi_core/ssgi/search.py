@@ -3,7 +3,7 @@
 """Where the light that arrives at a pixel comes from: hits on the screen, and what is found elsewhere."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -20,7 +20,7 @@ from .paths import onward, paths
 from .probes import Probes, unseen
 from .settings import SsgiSettings
 
-# Pixels worked on at once by a thread: few rays live long, and a march of few costs as much as one of many.
+# Rays worked on at once by a thread: few live long, and a march of few costs as much as one of many.
 _RAYS = 1 << 15
 
 # The start bias as a share of the distance, and the slant at which it stops growing.
@@ -82,7 +82,7 @@ class Search:
 class Found:
     """What one pass of searching found.
 
-    hit: (rays, n) int32 pixels of the full screen that rays of each point met, −1 for none; empty for a scan.
+    hit: (n, rays) int32 pixels of the full screen that the rays of each point met, −1 for none; empty for a scan.
     rest: (n, levels, 3) float32 mean radiance of what was found elsewhere, of each bounce; of a scan, of all that the
         screen does not show. missed: (n,) float32, the share of rays that met nothing on the screen.
     """
@@ -92,6 +92,15 @@ class Found:
     hit: np.ndarray
     rest: np.ndarray
     missed: np.ndarray
+
+    @property
+    def first_hit(self) -> np.ndarray:
+        """Where each point's first ray hit the screen: (n, 3) float32, x, y and depth [m], −1 for a miss or a scan."""
+        full = self.search.full
+        hit = self.hit[:, 0] if self.hit.shape[1] else np.full(len(self.hit), -1)
+        row, column = np.divmod(hit, full.screen.shape[1])
+        at = np.stack([column, row, full.depth.ravel()[hit]], -1)
+        return np.where(hit[:, None] >= 0, at, -1).astype(np.float32)
 
     def radiance(self, picture: np.ndarray, level: int) -> Iterator[float]:
         """Mean radiance that arrives where surfaces send what a picture (H · W, 3) shows.
@@ -104,8 +113,8 @@ class Found:
 
         def look(part: slice):
             value = self.rest[part, level].copy()
-            for hit in self.hit:
-                value += np.where(hit[part, None] >= 0, picture[hit[part]], 0) / np.float32(len(self.hit))
+            for hit in self.hit[part].T:
+                value += np.where(hit[:, None] >= 0, picture[hit], 0) / np.float32(search.rays)
             out[points.place[part]] = value
 
         def scan(part: slice):
@@ -127,27 +136,30 @@ def searched(search: Search, valid: np.ndarray, number: int) -> Iterator[float]:
     valid: (H · W,) bool, pixels of the full screen whose light is known. number: of the pass.
     """
     points, settings, rays = search.points, search.settings, search.rays
-    hit = np.full((0 if search.scans else rays, len(points)), -1, np.int32)
+    hit = np.full((len(points), 0 if search.scans else rays), -1, np.int32)
     rest, missed = np.zeros((len(points), search.levels, 3), np.float32), np.zeros(len(points), np.float32)
     # Made before several threads ask for them.
     if settings.mode != "ray_traced":
         _ = search.local if search.scans else search.depth
 
     def tile(part: slice):
-        here = points[part]
-        for ray in range(rays):
-            direction = cosine_hemisphere(here.normal, _drawn(here.place, number * rays + ray, settings.seed))
-            rows = np.flatnonzero(dot(direction, here.face) > 0)
-            if not (search.scans or settings.mode == "ray_traced"):
-                found = _marched(search, search.pixels[part][rows], here[rows], direction[rows])
-                found[(found >= 0) & ~valid[found]] = -1
-                hit[ray, part.start + rows] = found
-                rows = rows[found < 0]
-            elsewhere = _elsewhere(search, here[rows], direction[rows], number * rays + ray)
-            rest[part.start + rows] += clamped(elsewhere, settings.clamp) / rays
-            missed[part.start + rows] += np.float32(1 / rays)
+        n = part.stop - part.start
+        here = points[part][np.repeat(np.arange(n), rays)]
+        direction = cosine_hemisphere(here.normal, _drawn(points.place[part], number * rays, rays, settings.seed))
+        rows = np.flatnonzero(dot(direction, here.face) > 0)
+        if not (search.scans or settings.mode == "ray_traced"):
+            found = _marched(search, search.pixels[part][rows // rays], here[rows], direction[rows])
+            found[(found >= 0) & ~valid[found]] = -1
+            hit[part].reshape(-1)[rows] = found
+            rows = rows[found < 0]
+        # A place of its own for each ray, so that what it meets draws samples of its own.
+        leaving = replace(here[rows], place=here.place[rows] * rays + rows % rays)
+        elsewhere = np.zeros((n * rays, search.levels, 3), np.float32)
+        elsewhere[rows] = clamped(_elsewhere(search, leaving, direction[rows], number), settings.clamp)
+        rest[part] = elsewhere.reshape(n, rays, -1, 3).mean(1)
+        missed[part] = np.bincount(rows // rays, minlength=n) / rays
 
-    yield from tiles.run(tile, tiles.slices(len(points), _RAYS))
+    yield from tiles.run(tile, tiles.slices(len(points), max(1, _RAYS // rays)))
     return Found(search, number, hit, rest, missed)
 
 
@@ -158,9 +170,9 @@ def clamped(radiance: np.ndarray, most: float) -> np.ndarray:
     return radiance * np.minimum(1, most / np.maximum(radiance.max(-1, keepdims=True), np.float32(1e-20)))
 
 
-def _drawn(place: np.ndarray, index: int, seed: int) -> np.ndarray:
-    """The index-th of each pixel's own sequence of points in the unit square: (n,) -> (n, 2)."""
-    return rotated(r2_sequence(1, index), place, seed)[:, 0]
+def _drawn(place: np.ndarray, first: int, count: int, seed: int) -> np.ndarray:
+    """Points of the unit square from each pixel's own sequence, pixel by pixel: (n,) -> (n · count, 2)."""
+    return rotated(r2_sequence(count, first), place, seed).reshape(-1, 2)
 
 
 def _marched(search: Search, pixel: np.ndarray, here: Surfels, direction: np.ndarray) -> np.ndarray:
@@ -188,12 +200,12 @@ def _marched(search: Search, pixel: np.ndarray, here: Surfels, direction: np.nda
     return np.where(kept, hit, -1)
 
 
-def _elsewhere(search: Search, here: Surfels, direction: np.ndarray, index: int) -> np.ndarray:
+def _elsewhere(search: Search, here: Surfels, direction: np.ndarray, number: int) -> np.ndarray:
     """Radiance of each bounce that rays bring which met nothing on the screen: (n, levels, 3)."""
     settings, tracer, probes = search.settings, search.tracer, search.probes
     if settings.mode == "screen_space":
         return np.repeat(unseen(settings.fallback, tracer, here, direction, probes)[:, None], search.levels, 1)
-    seed = settings.seed * 4096 + index
+    seed = settings.seed * 4096 + number
 
     def last(met: Surfels, seed: int) -> np.ndarray:
         return np.float32(np.pi) * unseen(settings.last_bounce, tracer, met, onward(met, seed), probes)
@@ -210,7 +222,7 @@ def _scanned(search: Search, part: slice, picture: np.ndarray, number: int, ray:
     place = search.points.place[part]
     index = number * search.rays + ray
     more = np.stack([hash01(place, settings.seed * 65536 + 4 * index + k) for k in (2, 3)], -1)
-    u = np.concatenate([_drawn(place, index, settings.seed)[:, :1], more], -1)
+    u = np.concatenate([_drawn(place, index, 1, settings.seed)[:, :1], more], -1)
     (position, normal), (h, w) = search.local, search.full.screen.shape
     return horizon_scan(
         pixel, position, normal, picture.reshape(h, w, 3), u, search.full.screen.pixels_per_unit,

@@ -57,6 +57,11 @@ class SsgiSettings(Settings):
     last_bounce: str = setting(
         "none", "Light that the last point of a traced ray gets besides direct light", choices=FALLBACKS
     )
+    probes: str = setting(
+        "grid",
+        "What the probes are: a small grid baked by rays, or a light propagation volume with its own defaults",
+        choices=("grid", "lpv"),
+    )
     probe_cells: int = setting(8, "Probes along the longest side of the scene", low=1, high=128)
     probe_rays: int = setting(256, "Rays of each probe", low=1, high=65536)
     feedback: str = setting(

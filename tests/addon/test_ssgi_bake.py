@@ -31,13 +31,16 @@ def baked(cornell, **job):
 def test_each_pass_is_a_layer_where_that_is_asked_for(cornell, tmp_path, full):
     settings = replace(QUICK, mode="screen_space", fallback="none", debug=True, full_resolution=full, steps=32)
     result = baked(cornell, resolution=33, settings=settings)
-    names = {"Traced", "Missed", "Accumulated", "Accumulated again", "Filtered", "Passes", "Face", "Lit", "Motion"}
+    seen = {"Lit", "Face", "Motion", "Hit", "Missed"}
+    names = seen | {"Traced", "Accumulated", "Filtered", "Accumulated again", "Passes"}
     export(result, tmp_path, "ViewLayer")
     layers = exr.read_layers(tmp_path / "image.exr")
     assert {f"SSGI {name}" for name in names} <= set(layers)
     assert all(layer.shape[:2] == (33, 33) for layer in layers.values())
     assert (layers["SSGI Passes"] == 4).mean() > 0.9
     assert 0 < layers["SSGI Missed"].mean() < 1
+    hit = layers["SSGI Hit"][..., 0]
+    assert 0.2 < (hit >= 0).mean() < 1 and hit.max() < 33
     # A camera that stands still: nothing moves.
     assert np.nanmax(np.abs(layers["SSGI Motion"])) < 1e-2
     assert not any(name.startswith("SSGI") for name in baked(cornell, resolution=16, settings=QUICK).layers)
