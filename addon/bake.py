@@ -11,9 +11,7 @@ touched: `write` puts a result there. Closing the generator cancels the bake and
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -35,6 +33,7 @@ from . import denoise, preflight
 from .read.box import box_corners
 from .read.camera import read_cameras
 from .read.images import ImageReader
+from .stages import Stages
 
 TARGETS = ("image", "lightmap", "vertices", "volume")
 
@@ -153,46 +152,6 @@ class Result:
     warnings: tuple[str, ...]
     volume: lpv.Volume | None = None
     history: ssgi.History | None = None
-
-
-class Stages:
-    """Seconds by stage."""
-
-    def __init__(self):
-        self.seconds: dict[str, float] = {}
-
-    @contextmanager
-    def time(self, name: str):
-        """Adds what happens inside to a stage."""
-        begin = time.perf_counter()
-        try:
-            yield
-        finally:
-            self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - begin
-
-    def follow(
-        self, work: Iterator[tuple[str, float]], begin: float, share: float, stages: dict[str, float]
-    ) -> Iterator[tuple[float, str]]:
-        """Work that yields (stage, fraction of the stage), as (fraction of all, stage); returns its value.
-
-        begin, share: where the work begins and what it takes of all. stages: what each takes of the work.
-        """
-        done, latest, furthest, since = 0.0, "", 0.0, time.perf_counter()
-        try:
-            while True:
-                stage, fraction = next(work)
-                now = time.perf_counter()
-                self.seconds[stage] = self.seconds.get(stage, 0.0) + now - since
-                if stage != latest:
-                    done, latest = done + stages.get(latest, 0.0), stage
-                # A stage may be several pieces of work, each from 0 to 1.
-                furthest = max(furthest, min(1.0, done + stages.get(stage, 0.0) * fraction))
-                yield begin + share * furthest, stage
-                # What whoever follows does in between is none of the stage's time.
-                since = time.perf_counter()
-        except StopIteration as stop:
-            self.seconds[latest] = self.seconds.get(latest, 0.0) + time.perf_counter() - since
-            return stop.value
 
 
 # Shown a receiver's name ("" for the camera), some of its rows and their light so far, E/π (rows, w, 3) float32.

@@ -26,7 +26,7 @@ _FRAME, _SIDE = 8, 32
 # What lies beyond a border is made up to this distance [px], by a filter of so many passes.
 _MARGIN, _PASSES = 4, 3
 
-# Pixels that go through the denoiser at once, where images are small: each time costs as much as a million pixels.
+# Pixels that go through the denoiser at once, where images are small: each time costs as much as ten thousand of them.
 _PIXELS = 1 << 21
 
 

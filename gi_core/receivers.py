@@ -21,7 +21,7 @@ from .surfels import Surfels
 from .trace import Tracer
 
 # Memory that a point takes while its light is worked out, all its arrays together [bytes]; measured.
-POINT_BYTES = 400
+POINT_BYTES = 300
 
 
 @dataclass(frozen=True)

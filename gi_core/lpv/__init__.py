@@ -15,12 +15,10 @@ import numpy as np
 
 from ..emitters import strewn
 from ..geometry import Geometry
-from ..rsm import CLOUD, reflections
-from ..rsm.maps import trace_flux
-from ..rsm.scatter import scattered
+from ..rsm import further, reflections
 from ..surfels import Surfels
 from ..trace import Tracer
-from ..vpls import Vpls, coherent, equalized
+from ..vpls import Vpls
 from . import flat, hierarchy
 from .grid import placed
 from .lookup import around, indirect
@@ -54,13 +52,8 @@ def injected(tracer: Tracer, settings: LpvSettings) -> Iterator[float]:
     if not len(tracer.geometry.triangles):
         return Vpls.concatenate([])
     maps, others = yield from reflections(tracer, settings.map_resolution, seed)
-    bounce = Vpls.concatenate([m.lights() for m in maps] + others)
-    every = [bounce]
-    for k in range(1, settings.bounces):
-        bounce = bounce[coherent(bounce)]
-        drawn = equalized(bounce, bounce.flux.mean(-1), CLOUD)
-        bounce = (yield from trace_flux(tracer, scattered(drawn, tracer.geometry.area, seed + k))).lights()
-        every.append(bounce)
+    first = Vpls.concatenate([m.lights() for m in maps] + others)
+    every = [first, *(yield from further(tracer, first, settings.bounces, seed))]
     if settings.emissive:
         glow = tracer.glow
         every.append(replace(glow, flux=glow.flux * np.float32(settings.emissive)))

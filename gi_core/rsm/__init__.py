@@ -58,12 +58,8 @@ def emit(tracer: Tracer, receivers: Surfels, settings: RsmSettings) -> Iterator[
     focus = _focus(receivers) if settings.pattern == "flux" else None
     maps, others = yield from reflections(tracer, settings.map_resolution, seed, focus)
 
-    bounce = Vpls.concatenate([m.lights() for m in maps] + others)
-    for k in range(1, settings.bounces):
-        bounce = bounce[coherent(bounce)]
-        drawn = equalized(bounce, bounce.flux.mean(-1), CLOUD)
-        bounce = (yield from trace_flux(tracer, scattered(drawn, tracer.geometry.area, seed + k))).lights()
-        others.append(bounce)
+    first = Vpls.concatenate([m.lights() for m in maps] + others)
+    others += yield from further(tracer, first, settings.bounces, seed)
 
     if settings.pattern == "all":
         return Lighting((), Vpls.concatenate([m.lights() for m in maps] + others))
@@ -93,6 +89,21 @@ def reflections(tracer: Tracer, resolution: int, seed: int, focus: np.ndarray | 
         others.append((yield from trace_flux(tracer, glow)).lights())
     others.append((yield from skylit(tracer, CLOUD, seed)))
     return maps, others
+
+
+def further(tracer: Tracer, bounce: Vpls, bounces: int, seed: int) -> Iterator[float]:
+    """Light of the first bounce on its way from surface to surface, to the last of so many.
+
+    Of each bounce CLOUD lights of equal brightness send their flux on along one ray. A generator of progress; returns a
+    list of Vpls, of each bounce but the first.
+    """
+    found = []
+    for k in range(1, bounces):
+        bounce = bounce[coherent(bounce)]
+        drawn = equalized(bounce, bounce.flux.mean(-1), CLOUD)
+        bounce = (yield from trace_flux(tracer, scattered(drawn, tracer.geometry.area, seed + k))).lights()
+        found.append(bounce)
+    return found
 
 
 def _focus(receivers: Surfels) -> np.ndarray | None:

@@ -147,7 +147,7 @@ def test_the_result_does_not_depend_on_the_tiles(cornell, job, memory):
         lights = [part for light in result.light.values() for part in (light.direct, light.indirect)]
         return [*result.layers.values(), *lights]
 
-    # A megabyte has some 2600 points: bands of rows, or less than one lightmap.
+    # A megabyte has some 3500 points: bands of rows, or less than one lightmap.
     for cut, whole in zip(values(memory), values(1024), strict=True):
         assert np.allclose(cut, whole, rtol=1e-4, atol=1e-5)
 
