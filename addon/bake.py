@@ -95,24 +95,15 @@ class Job:
             raise NotThere("baking on the graphics card is not there yet; use device auto or cpu")
         if self.resolution is not None and not 4 <= self.resolution <= 16384:
             raise SettingError(f"the resolution is {self.resolution}; it goes from 4 to 16384 pixels")
-        if self.glossy and self.target != "image":
+        if self.settings.glossy and self.target != "image":
             raise SettingError(
                 f"setting 'glossy' is for the camera image: what glossy surfaces reflect depends on the view, and the "
                 f"target '{self.target}' holds one light for all views"
             )
 
-    @property
-    def glossy(self) -> bool:
-        """Whether what glossy surfaces reflect to the camera is wanted."""
-        return _glossy(self.settings)
-
     def wants(self, light: str) -> bool:
         """Whether "direct" or "indirect" light is asked for; a camera image shows both."""
         return self.target == "image" or self.settings.light in (light, "combined")
-
-
-def _glossy(settings: Settings) -> bool:
-    return getattr(settings, "glossy", False)
 
 
 @dataclass(frozen=True)
@@ -179,7 +170,7 @@ def bake(
         findings, core = preflight.inspected(
             scene, view_layer, ImageReader(),
             target=job.target, objects=job.objects, uv=job.uv, output=output, denoise=job.settings.denoise,
-            glossy=job.glossy,
+            glossy=job.settings.glossy,
         )  # fmt: skip
     if any(f.severity == "ERROR" for f in findings):
         raise Refused(findings)
@@ -229,7 +220,7 @@ def bake(
     views = emitted if job.method == "ssgi" and emitted else []
     with stages.time("layers"):
         for canvas in canvases.values():
-            for kind in ("", "Glossy ") if job.glossy else ("",):
+            for kind in ("", "Glossy ") if job.settings.glossy else ("",):
                 canvas[f"{kind}Direct"] = canvas.pop(f"{kind}Lamps") + canvas.pop(f"{kind}Around")
         layers, light = {}, {}
         if camera:
@@ -305,7 +296,7 @@ def _kept_layers(settings: Settings, camera: Camera | None) -> set[str]:
     """Layers that the result or the denoiser needs: a hundred large lightmaps have no memory to give away."""
     light = {"Lamps", "Around", "Indirect", "Coverage", "Centred"}
     guides = {"Color", "Normal", "Position"} if camera or settings.denoise == "oidn" else set()
-    gloss = {"Glossy Lamps", "Glossy Around", "Glossy Indirect", "Glossy Color"} if _glossy(settings) else set()
+    gloss = {"Glossy Lamps", "Glossy Around", "Glossy Indirect", "Glossy Color"} if settings.glossy else set()
     return light | guides | gloss | ({"Emission", "Sky"} if camera else set())
 
 

@@ -146,7 +146,7 @@ def _check(arguments: argparse.Namespace, path: Path | None) -> dict:
     findings = preflight.check(
         scene, view_layer,
         target=job.target, objects=job.objects, uv=job.uv, output=_output(arguments),
-        denoise=job.settings.denoise, glossy=job.glossy,
+        denoise=job.settings.denoise, glossy=job.settings.glossy,
     )  # fmt: skip
     if any(f.severity == "ERROR" for f in findings):
         raise Refused(findings)

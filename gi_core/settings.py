@@ -76,6 +76,11 @@ class Settings:
         2, "Points seen per pixel along each axis in a camera image; smooths silhouettes", low=1, high=8
     )
 
+    glossy: bool = setting(
+        False,
+        "Camera image: also what glossy surfaces reflect to the camera, as layers of its own, found by rays with every "
+        "technique; for Glossy and Principled BSDFs",
+    )
     memory: int = setting(
         1024,
         "Memory that the points being worked on may take; bigger bakes are cut into tiles, which never changes the "

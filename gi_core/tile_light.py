@@ -50,7 +50,7 @@ class TileLight:
         settings = self.settings
         absent = {
             "lamps": not self.direct, "denoise": settings.denoise != "bilateral",
-            "gloss": not getattr(settings, "glossy", False),
+            "gloss": not settings.glossy,
         }  # fmt: skip
         taken = {name: length for name, length in _STAGES.items() if not absent.get(name)}
         return {name: length / sum(taken.values()) for name, length in taken.items()}
@@ -83,7 +83,7 @@ class TileLight:
         if self.camera:
             band = tile.bands[0]
             found["Sky"] = images.sky(self.tracer.geometry.scene.environment, self.camera, subpixels, band.rows, place)
-        if self.camera and getattr(settings, "glossy", False):
+        if self.camera and settings.glossy:
             found |= yield from named("gloss", self._gloss(points, tile))
         return found, estimate
 

@@ -17,11 +17,11 @@ from .. import gloss, tiles
 from ..direct import from_environment, from_lamp
 from ..sampling import Samples, r2_sequence, rotated
 from ..scene import Camera
+from ..settings import Settings
 from ..surfels import Surfels, along_rays, camera_rays
 from ..trace import Tracer
 from ..vectors import dot, lit
 from .near import arriving
-from .settings import RsmSettings
 
 # Points times samples worked on at once by a thread.
 _PAIRS = 1 << 15
@@ -46,7 +46,7 @@ class Glossy:
 
 
 def glossy_light(
-    tracer: Tracer, surfels: Surfels, camera: Camera, subpixels: int, rows: slice, settings: RsmSettings
+    tracer: Tracer, surfels: Surfels, camera: Camera, subpixels: int, rows: slice, settings: Settings
 ) -> Iterator[float]:
     """What glossy surfaces reflect of those that a camera sees.
 
@@ -78,7 +78,7 @@ def glossy_light(
     return Glossy(surfels[row], *values)
 
 
-def _along_lobe(tracer: Tracer, here: Surfels, shown: gloss.Gloss, settings: RsmSettings):
+def _along_lobe(tracer: Tracer, here: Surfels, shown: gloss.Gloss, settings: Settings):
     """Radiance from surroundings and from what reflects light, each (n, 3), as the mean over rays out of the lobe."""
     n, rays, environment = len(here), settings.samples, tracer.geometry.scene.environment
     around, indirect = np.zeros((2, n * rays, 3), np.float32)
@@ -98,7 +98,7 @@ def _along_lobe(tracer: Tracer, here: Surfels, shown: gloss.Gloss, settings: Rsm
     return ((weight * light).reshape(n, rays, 3).mean(1) for light in (around, indirect))
 
 
-def _from_lamps(tracer: Tracer, here: Surfels, shown: gloss.Gloss, settings: RsmSettings) -> np.ndarray:
+def _from_lamps(tracer: Tracer, here: Surfels, shown: gloss.Gloss, settings: Settings) -> np.ndarray:
     """Radiance that is reflected of lamps and of suns in the environment: (n, 3) float32."""
     total, samples, seed = np.zeros((len(here), 3), np.float32), settings.light_samples, settings.seed * 1024
 

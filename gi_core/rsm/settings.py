@@ -68,8 +68,3 @@ class RsmSettings(Settings):
         high=64,
         unit="pixels",
     )
-    glossy: bool = setting(
-        False,
-        "Camera image: also what glossy surfaces reflect to the camera, as layers of its own; for rough ones, of "
-        "Glossy and Principled BSDFs",
-    )
