@@ -296,14 +296,23 @@ def _save_file(arguments: argparse.Namespace, output: Path) -> Path | None:
 
 
 def _followed(job) -> Result:
-    """Exhausts a bake, with its progress in one line on standard error."""
+    """Exhausts a bake, with its progress in one line on standard error.
+
+    An interrupt is heard between steps, which are short: raised at any place, it may leave a lock taken for good that
+    the threads of a step wait for.
+    """
+    interrupts = []
+    before = signal.signal(signal.SIGINT, lambda *_: interrupts.append(True))
     try:
         while True:
             fraction, stage = next(job)
+            if interrupts:
+                raise KeyboardInterrupt
             _progress(fraction, stage)
     except StopIteration as stop:
         return stop.value
     finally:
+        signal.signal(signal.SIGINT, before)
         job.close()
         _progress(None, "")
 

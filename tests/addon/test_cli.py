@@ -221,6 +221,9 @@ def test_an_interrupt_is_130_and_writes_nothing(sample, tmp_path):
         assert running.poll() is None
         time.sleep(0.1)
     running.send_signal(signal.SIGINT)
-    running.communicate(timeout=60)
+    try:
+        running.communicate(timeout=60)
+    finally:
+        running.kill()
     assert running.returncode == 130
     assert not list(tmp_path.iterdir())
