@@ -46,7 +46,8 @@ class Grid:
 
     def inside(self, cells: np.ndarray) -> np.ndarray:
         """(..., 3) integers -> (...) bool."""
-        return np.all((cells >= 0) & (cells < np.array(self.shape)), -1)
+        within = (cells >= 0) & (cells < np.array(self.shape, np.int32))
+        return within[..., 0] & within[..., 1] & within[..., 2]
 
     def flat(self, cells: np.ndarray) -> np.ndarray:
         """The place of a cell in C order: (..., 3) integers within the grid -> (...)."""
