@@ -187,7 +187,7 @@ def bake(
     if job.target == "volume":
         work = named("maps", technique.emit(tracer, Asked(None), settings))
         volume = yield from stages.follow(work, 0, 1, {"maps": 1.0})
-        notes = tuple(f"{f.code}: {f.message}" for f in findings)
+        notes = (*(f"{f.code}: {f.message}" for f in findings), volume.summary)
         return Result(job, {}, {}, "cpu", stages.seconds, core.approximated, notes, volume)
 
     camera = camera_at(core.camera, job.resolution) if job.target == "image" else None
@@ -229,6 +229,8 @@ def bake(
         else:
             light = {r.name: _light(canvases[r.name], r.shape, _coverage(r, views)) for r in receivers}
     warnings = [f"{f.code}: {f.message}" for f in findings] + _notes(settings, reused, estimates)
+    if isinstance(emitted, lpv.Volume):
+        warnings.append(emitted.summary)
     carried = views[0].history if views else None
     return Result(job, layers, light, "cpu", stages.seconds, core.approximated, tuple(warnings), history=carried)
 
