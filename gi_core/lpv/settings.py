@@ -16,8 +16,8 @@ class LpvSettings(Settings):
     )
     cells: int = setting(32, "Cells along the longest side of each cascade", low=16, high=128, unit="cells")
     cascades: int = setting(
-        0, "Grids one in another; the largest holds the whole scene, or the box where one is given. 0: as many as leave "
-        "nearly all points that are lit in the finest, so one for a room that is seen whole",
+        0, "Grids one in another; the largest holds the whole scene, or the box where one is given. 0: as many as "
+        "leave nearly all points that are lit in the finest, so one for a room that is seen whole",
         low=0, high=6,
     )  # fmt: skip
     cascade_ratio: int = setting(2, "How many times larger the cells of a cascade are than the next finer one's",

@@ -181,8 +181,8 @@ def test_where_the_volume_lies():
 def test_as_many_cascades_as_hold_what_is_lit():
     bounds, rng = np.array([[-8, -8, 0], [8, 8, 4]]), np.random.default_rng(4)
     everywhere = rng.uniform(*bounds, (999, 3)).astype(np.float32)
-    for points, count in ((everywhere, 1), (everywhere / 2 * [1, 1, 2], 2), (everywhere / 8, 4), (everywhere[:1], 6)):
-        assert len(placed(bounds, None, np.float32(points), LpvSettings())) == count
+    for lit, count in ((everywhere, 1), (everywhere / 2 * [1, 1, 2], 2), (everywhere / 8, 4), (everywhere[:1], 6)):
+        assert len(placed(bounds, None, np.float32(lit), LpvSettings())) == count
     assert len(placed(bounds, None, None, LpvSettings())) == 1, "a volume of everything"
     assert len(placed(bounds, None, everywhere, LpvSettings(cascades=3))) == 3
 
