@@ -101,6 +101,9 @@ class Job:
                 f"target '{self.target}' holds one light for all views"
             )
 
+        if getattr(self.settings, "fog_density", 0) and self.target != "image":
+            raise SettingError(f"setting 'fog_density' is for the camera image: the target '{self.target}' has no view")
+
     def wants(self, light: str) -> bool:
         """Whether "direct" or "indirect" light is asked for; a camera image shows both."""
         return self.target == "image" or self.settings.light in (light, "combined")
@@ -299,7 +302,8 @@ def _kept_layers(settings: Settings, camera: Camera | None) -> set[str]:
     light = {"Lamps", "Around", "Indirect", "Coverage", "Centred"}
     guides = {"Color", "Normal", "Position"} if camera or settings.denoise == "oidn" else set()
     gloss = {"Glossy Lamps", "Glossy Around", "Glossy Indirect", "Glossy Color"} if settings.glossy else set()
-    return light | guides | gloss | ({"Emission", "Sky"} if camera else set())
+    fog = {"Volume Direct", "Volume Indirect", "Transmittance"} if getattr(settings, "fog_density", 0) else set()
+    return light | guides | gloss | fog | ({"Emission", "Sky"} if camera else set())
 
 
 def _put(

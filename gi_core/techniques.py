@@ -34,6 +34,7 @@ class Technique:
     settings: the class of its settings.
     emit: (tracer, Asked, settings); returns what to gather from.
     indirect: (tracer, surfels, emitted, settings, samples); returns (n, 3) irradiance [W/m²].
+    medium: (tracer, camera, subpixels, rows, emitted, settings); see `lpv.scattering`. None where it knows of none.
     in_passes: whether under given settings it takes samples, so that passes of some of them add up.
     noisy: whether under given settings its light has noise that the bake is to take out.
     """
@@ -41,6 +42,7 @@ class Technique:
     settings: type[Settings]
     emit: Callable[..., Iterator[float]]
     indirect: Callable[..., Iterator[float]]
+    medium: Callable[..., Iterator[float]] | None = None
     in_passes: Callable[[Settings], bool] = lambda settings: False
     noisy: Callable[[Settings], bool] = lambda settings: True
 
@@ -56,6 +58,7 @@ METHODS = {
         LpvSettings,
         lambda tracer, asked, settings: lpv.emit(tracer, asked.guides, settings),
         lambda tracer, surfels, volume, settings, samples: lpv.indirect(tracer, surfels, volume, settings),
+        medium=lpv.scattered,
         noisy=lambda settings: False,
     ),
     "ssgi": Technique(

@@ -48,7 +48,7 @@ def test_what_leaks_through_a_thin_wall(sample):
     def leak(image):
         return image[position[..., 0] > 0.05].mean() / image[position[..., 0] < -0.05].mean()
 
-    assert leak(ours) < 0.002
+    assert leak(ours) < 0.005
     assert leak(indirect(visibility=False)) > 0.1
     published = {"propagation": "flat", "iterations": 16}
     assert leak(indirect(**published, injection_bias=0.5)) < leak(
