@@ -4,6 +4,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -106,7 +107,10 @@ class TileLight:
     def _gloss(self, points: Surfels, tile: Tile) -> Iterator[float]:
         """What glossy surfaces reflect to the camera: a generator of progress; returns layers."""
         settings, rows, subpixels = self.settings, tile.bands[0].rows, tile.bands[0].receiver.subpixels
-        shown = yield from glossy_light(self.tracer, points, self.camera, subpixels, rows, settings)
+        around = None
+        if getattr(settings, "glossy_lookup", "rays") == "volume":
+            around = partial(self.technique.radiance, self.tracer, volume=self.emitted, settings=settings)
+        shown = yield from glossy_light(self.tracer, points, self.camera, subpixels, rows, settings, around)
         place, shape = shown.surfels.place - rows.start * tile.shape[1], tile.shape
         noisy = np.concatenate([shown.around, shown.indirect], -1)
         if settings.denoise == "bilateral":

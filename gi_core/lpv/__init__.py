@@ -21,12 +21,12 @@ from ..trace import Tracer
 from ..vpls import Vpls
 from . import flat, hierarchy
 from .grid import placed
-from .lookup import around, indirect
+from .lookup import around, indirect, radiance
 from .scattering import scattered
 from .settings import LpvSettings
 from .volume import Level, Volume
 
-__all__ = ["Level", "LpvSettings", "Volume", "emit", "indirect", "injected", "propagate", "scattered"]
+__all__ = ["Level", "LpvSettings", "Volume", "emit", "indirect", "injected", "propagate", "radiance", "scattered"]
 
 
 # Points that stand for all surfaces where cells at a surface are looked for.

@@ -93,6 +93,12 @@ class LpvSettings(Settings):
         0.0, "Width in which light fades out towards the border of the largest cascade",
         low=0.0, high=32.0, unit="cells",
     )  # fmt: skip
+    glossy_lookup: str = setting(
+        "rays",
+        "Camera image, with `glossy`: what else is reflected in glossy surfaces by rays, or from the volume, which "
+        "has no noise but knows no more than three bands: for rough ones",
+        choices=("rays", "volume"),
+    )
     fog_density: float = setting(
         0.0, "Camera image: extinction of a homogeneous medium that fills the scene, or the box; what it scatters once "
         "to the camera is shown as layers Volume Direct and Volume Indirect. 0 for none",
