@@ -45,7 +45,7 @@ def test_what_a_medium_scatters(sample, anisotropy):
     for name, limit in (("Volume Direct", 0.05), ("Volume Indirect", 0.15)):
         a, b = found[name], theirs[name][..., :3]
         assert abs(a.mean() / b.mean() - 1) < limit, (name, a.mean(), b.mean())
-    # Around the lamp itself, in the upper third, it depends on how finely rays are sampled.
+    # Not the upper third: at the lamp itself, where light is singular, rows differ by more than this.
     rows, reference = (x["Volume Direct"][: 2 * SIZE // 3, :, :3].mean((1, 2)) for x in (found, theirs))
     assert np.allclose(rows, reference, rtol=0.12)
 
