@@ -101,6 +101,9 @@ class Job:
                 f"target '{self.target}' holds one light for all views"
             )
 
+        if getattr(self.settings, "fog_density", 0) and self.target != "image":
+            raise SettingError(f"setting 'fog_density' is for the camera image: the target '{self.target}' has no view")
+
     def wants(self, light: str) -> bool:
         """Whether "direct" or "indirect" light is asked for; a camera image shows both."""
         return self.target == "image" or self.settings.light in (light, "combined")
@@ -187,7 +190,7 @@ def bake(
     if job.target == "volume":
         work = named("maps", technique.emit(tracer, Asked(None), settings))
         volume = yield from stages.follow(work, 0, 1, {"maps": 1.0})
-        notes = tuple(f"{f.code}: {f.message}" for f in findings)
+        notes = (*(f"{f.code}: {f.message}" for f in findings), volume.summary)
         return Result(job, {}, {}, "cpu", stages.seconds, core.approximated, notes, volume)
 
     camera = camera_at(core.camera, job.resolution) if job.target == "image" else None
@@ -229,6 +232,8 @@ def bake(
         else:
             light = {r.name: _light(canvases[r.name], r.shape, _coverage(r, views)) for r in receivers}
     warnings = [f"{f.code}: {f.message}" for f in findings] + _notes(settings, reused, estimates)
+    if isinstance(emitted, lpv.Volume):
+        warnings.append(emitted.summary)
     carried = views[0].history if views else None
     return Result(job, layers, light, "cpu", stages.seconds, core.approximated, tuple(warnings), history=carried)
 
@@ -297,7 +302,8 @@ def _kept_layers(settings: Settings, camera: Camera | None) -> set[str]:
     light = {"Lamps", "Around", "Indirect", "Coverage", "Centred"}
     guides = {"Color", "Normal", "Position"} if camera or settings.denoise == "oidn" else set()
     gloss = {"Glossy Lamps", "Glossy Around", "Glossy Indirect", "Glossy Color"} if settings.glossy else set()
-    return light | guides | gloss | ({"Emission", "Sky"} if camera else set())
+    fog = {"Volume Direct", "Volume Indirect", "Transmittance"} if getattr(settings, "fog_density", 0) else set()
+    return light | guides | gloss | fog | ({"Emission", "Sky"} if camera else set())
 
 
 def _put(

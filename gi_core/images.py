@@ -134,7 +134,7 @@ def camera_layers(found: dict[str, np.ndarray], camera: Camera, transparent: boo
     """What a camera sees, in layers named as Blender's passes: (h, w, c) float32 each.
 
     found: what `resolved` gave for the whole image, with light "Direct" and "Indirect" [W/m²], "Sky", and what
-        glossy surfaces reflect where that is wanted.
+        glossy surfaces reflect and a medium scatters, where that is wanted.
     transparent: leave the sky out of the picture.
     Diffuse light is E/π without colour, as Cycles' passes are; where nothing reflects there is none.
     """
@@ -144,12 +144,19 @@ def camera_layers(found: dict[str, np.ndarray], camera: Camera, transparent: boo
     alpha = coverage
     if not transparent:
         combined, alpha = combined + found["Sky"], np.ones_like(coverage)
+    medium = {}
+    if "Transmittance" in found:
+        medium = {name: found[name] for name in ("Volume Direct", "Volume Indirect")}
     depth = ((found["Position"] - camera.matrix[:3, 3]) @ -camera.matrix[:3, 2])[..., None].astype(np.float32)
     surface = np.any(found["Normal"] != 0, -1, keepdims=True)
     gloss = {}
     if "Glossy Color" in found:
         gloss = {name: found[name] for name in ("Glossy Direct", "Glossy Indirect", "Glossy Color")}
         combined = combined + gloss["Glossy Color"] * (gloss["Glossy Direct"] + gloss["Glossy Indirect"])
+    if medium:
+        through = found["Transmittance"]
+        combined = combined * through + medium["Volume Direct"] + medium["Volume Indirect"]
+        alpha = 1 - through * (1 - alpha)
     return {
         "Combined": np.concatenate([combined, alpha], -1),
         "Diffuse Direct": lit["Direct"],
@@ -162,5 +169,6 @@ def camera_layers(found: dict[str, np.ndarray], camera: Camera, transparent: boo
         # Blender's depth of nothing.
         "Depth": np.where(surface, depth, np.float32(1e10)),
         **gloss,
+        **medium,
     }
 

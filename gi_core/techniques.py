@@ -5,6 +5,8 @@
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
+import numpy as np
+
 from . import lpv, rsm, ssgi
 from .lpv.settings import LpvSettings
 from .rsm.settings import RsmSettings
@@ -34,6 +36,9 @@ class Technique:
     settings: the class of its settings.
     emit: (tracer, Asked, settings); returns what to gather from.
     indirect: (tracer, surfels, emitted, settings, samples); returns (n, 3) irradiance [W/m²].
+    medium: (tracer, camera, subpixels, rows, emitted, settings); see `lpv.scattering`. None where it knows of none.
+    radiance: (tracer, surfels, emitted, settings); reflected light around points as harmonics of radiance (n, k, 3),
+        for glossy surfaces. None where it knows of none.
     in_passes: whether under given settings it takes samples, so that passes of some of them add up.
     noisy: whether under given settings its light has noise that the bake is to take out.
     """
@@ -41,6 +46,8 @@ class Technique:
     settings: type[Settings]
     emit: Callable[..., Iterator[float]]
     indirect: Callable[..., Iterator[float]]
+    medium: Callable[..., Iterator[float]] | None = None
+    radiance: Callable[..., np.ndarray] | None = None
     in_passes: Callable[[Settings], bool] = lambda settings: False
     noisy: Callable[[Settings], bool] = lambda settings: True
 
@@ -56,6 +63,8 @@ METHODS = {
         LpvSettings,
         lambda tracer, asked, settings: lpv.emit(tracer, asked.guides, settings),
         lambda tracer, surfels, volume, settings, samples: lpv.indirect(tracer, surfels, volume, settings),
+        medium=lpv.scattered,
+        radiance=lpv.radiance,
         noisy=lambda settings: False,
     ),
     "ssgi": Technique(

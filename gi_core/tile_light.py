@@ -4,6 +4,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -22,7 +23,7 @@ from .tiles import named
 from .trace import Tracer
 
 # How long the stages of a tile take beside each other, roughly.
-_STAGES = {"points": 1, "lamps": 1, "gather": 5, "denoise": 1, "gloss": 5}
+_STAGES = {"points": 1, "lamps": 1, "gather": 5, "denoise": 1, "gloss": 5, "medium": 3}
 
 
 @dataclass(frozen=True)
@@ -50,7 +51,7 @@ class TileLight:
         settings = self.settings
         absent = {
             "lamps": not self.direct, "denoise": settings.denoise != "bilateral",
-            "gloss": not settings.glossy,
+            "gloss": not settings.glossy, "medium": not self._has_medium,
         }  # fmt: skip
         taken = {name: length for name, length in _STAGES.items() if not absent.get(name)}
         return {name: length / sum(taken.values()) for name, length in taken.items()}
@@ -85,12 +86,31 @@ class TileLight:
             found["Sky"] = images.sky(self.tracer.geometry.scene.environment, self.camera, subpixels, band.rows, place)
         if self.camera and settings.glossy:
             found |= yield from named("gloss", self._gloss(points, tile))
+        if self._has_medium:
+            found |= yield from named("medium", self._medium(tile))
         return found, estimate
+
+    @property
+    def _has_medium(self) -> bool:
+        return bool(self.camera and self.technique.medium and self.settings.fog_density)
+
+    def _medium(self, tile: Tile) -> Iterator[float]:
+        """What a medium scatters to the camera, and how much it lets through: a generator; returns layers."""
+        rows, subpixels = tile.bands[0].rows, tile.bands[0].receiver.subpixels
+        (direct, indirect), through = yield from self.technique.medium(
+            self.tracer, self.camera, subpixels, rows, self.emitted, self.settings
+        )
+        h, w = (n // subpixels for n in tile.shape)
+        found = {"Volume Direct": direct, "Volume Indirect": indirect, "Transmittance": through[:, None]}
+        return {k: v.reshape(h, subpixels, w, subpixels, -1).mean((1, 3)) for k, v in found.items()}
 
     def _gloss(self, points: Surfels, tile: Tile) -> Iterator[float]:
         """What glossy surfaces reflect to the camera: a generator of progress; returns layers."""
         settings, rows, subpixels = self.settings, tile.bands[0].rows, tile.bands[0].receiver.subpixels
-        shown = yield from glossy_light(self.tracer, points, self.camera, subpixels, rows, settings)
+        around = None
+        if getattr(settings, "glossy_lookup", "rays") == "volume":
+            around = partial(self.technique.radiance, self.tracer, volume=self.emitted, settings=settings)
+        shown = yield from glossy_light(self.tracer, points, self.camera, subpixels, rows, settings, around)
         place, shape = shown.surfels.place - rows.start * tile.shape[1], tile.shape
         noisy = np.concatenate([shown.around, shown.indirect], -1)
         if settings.denoise == "bilateral":

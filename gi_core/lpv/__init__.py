@@ -21,11 +21,12 @@ from ..trace import Tracer
 from ..vpls import Vpls
 from . import flat, hierarchy
 from .grid import placed
-from .lookup import around, indirect
+from .lookup import around, indirect, radiance
+from .scattering import scattered
 from .settings import LpvSettings
 from .volume import Level, Volume
 
-__all__ = ["Level", "LpvSettings", "Volume", "emit", "indirect", "injected", "propagate"]
+__all__ = ["Level", "LpvSettings", "Volume", "emit", "indirect", "injected", "propagate", "radiance", "scattered"]
 
 
 # Points that stand for all surfaces where cells at a surface are looked for.
@@ -72,7 +73,8 @@ def propagate(tracer: Tracer, lights: Vpls, receivers: Surfels | None, settings:
     wanted = [np.arange(g.size) for g in grids]
     if receivers is not None:
         looking = np.concatenate([receivers.origin, _surface(tracer.geometry)])
-        wanted = [around(g, looking) for g in grids]
+        # A medium looks at all of space.
+        wanted = wanted if settings.fog_density else [around(g, looking) for g in grids]
     return Volume(tuple((yield from hierarchy.propagated(tracer, lights, grids, wanted, settings))))
 
 

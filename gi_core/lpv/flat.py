@@ -26,14 +26,18 @@ _ENDLESS = 256
 def propagated(geometry: Geometry, vpls: Vpls, grids: list[Grid], settings: LpvSettings) -> Iterator[float]:
     """The light of virtual lights on each of the cascades. A generator of progress; returns a list of Levels."""
     found = []
-    surfaces = blockers(geometry, grids[0].cell) if settings.geometry_volume else None
+    surfaces = None
+    if settings.geometry_volume:
+        # Surfaces that send nothing back need no colour.
+        surfaces = yield from blockers(geometry, grids[0].cell, colored=settings.secondary_bounce > 0)
     for grid in grids:
         start = dense(vpls, grid, settings.injection_bias, settings.injection == "literal")
         blocked, albedo = None, None
         if surfaces:
-            blocked, albedo = geometry_volume(surfaces, grid, settings.geometry_bias, settings.occlusion_amplifier)
-            # Surfaces that send nothing back need no colour.
-            albedo = albedo * np.float32(settings.secondary_bounce) if settings.secondary_bounce else None
+            blocked, albedo = yield from geometry_volume(
+                surfaces, grid, settings.geometry_bias, settings.occlusion_amplifier
+            )
+            albedo = None if albedo is None else albedo * np.float32(settings.secondary_bounce)
         total = yield from spread(sh.affine(start), settings, blocked, albedo)
         # Calibrated against a point light: E = 4 I(−n)/s².
         total *= np.float32(4 / grid.cell**2)

@@ -12,6 +12,9 @@ from .settings import LpvSettings
 # Of the coarsest grid that light ends up on, cells along the longest side.
 _COARSEST = 4
 
+# Cascades at the most, and the share of points that the finest holds where their number is not given.
+_MOST, _NEARLY_ALL = 6, 0.95
+
 
 @dataclass(frozen=True)
 class Grid:
@@ -46,7 +49,8 @@ class Grid:
 
     def inside(self, cells: np.ndarray) -> np.ndarray:
         """(..., 3) integers -> (...) bool."""
-        return np.all((cells >= 0) & (cells < np.array(self.shape)), -1)
+        within = (cells >= 0) & (cells < np.array(self.shape, np.int32))
+        return within[..., 0] & within[..., 1] & within[..., 2]
 
     def flat(self, cells: np.ndarray) -> np.ndarray:
         """The place of a cell in C order: (..., 3) integers within the grid -> (...)."""
@@ -112,7 +116,16 @@ def placed(
         center = camera
     elif settings.center == "receivers" and receivers is not None and len(receivers):
         center = np.median(receivers, 0)
-    return cascades(outer, settings.cells, settings.cascades, settings.cascade_ratio, center)
+    if settings.cascades:
+        return cascades(outer, settings.cells, settings.cascades, settings.cascade_ratio, center)
+    grids = [outer]
+    while receivers is not None and len(receivers) and len(grids) < _MOST:
+        more = cascades(outer, settings.cells, len(grids) + 1, settings.cascade_ratio, center)
+        finest = more[0]
+        if finest.inside(np.floor(finest.local(receivers)).astype(np.int32)).mean() < _NEARLY_ALL:
+            break
+        grids = more
+    return grids
 
 
 def box(text: str) -> np.ndarray:
@@ -127,8 +140,8 @@ def box(text: str) -> np.ndarray:
 
 
 def memory(settings: LpvSettings, shape: tuple[float, float, float] = (1, 1, 1)) -> int:
-    """Bytes that a volume takes. shape: extents of the box that it holds, in any unit."""
+    """Bytes that a volume takes at the most. shape: extents of the box that it holds, in any unit."""
     outer = fitted(np.zeros(3), np.asarray(shape), settings.cells)
-    grids = cascades(outer, settings.cells, settings.cascades, settings.cascade_ratio, outer.low)
+    grids = cascades(outer, settings.cells, settings.cascades or _MOST, settings.cascade_ratio, outer.low)
     # Nine coefficients, or four, of three colours.
     return sum(g.size for g in grids) * (9 if settings.propagation == "hierarchical" else 4) * 3 * 4

@@ -17,8 +17,9 @@ import numpy as np
 from .. import sh, tiles
 from ..kernels.lpv_inject import summed
 from ..kernels.lpv_transfer import beam, sharpened
+from ..sampling import morton
 from ..trace import Tracer
-from ..vectors import dot, lit
+from ..vectors import dot
 from ..vpls import Vpls
 from .grid import Grid, levels
 from .injection import STARTS, Sources, sources
@@ -30,8 +31,11 @@ BANDS = 3
 # Pairs of cells worked on at once by a thread.
 _PAIRS = 1 << 15
 
-# Steps from a source that are listed; beyond, all cells are looked at.
-_STEPS = 32
+# Wanted cells worked on at once by a thread, and how many neighbours of those are near to a source or far together.
+_CELLS, _BLOCK = 2048, 64
+
+# Of what a source sends straight ahead: so little is worth one ray, and so little is nothing but rounding.
+_DIM, _NOTHING = 0.05, 1e-5
 
 # Share of a radius over which light goes from one grid to the next.
 _SEAM = 0.25
@@ -76,13 +80,47 @@ def _window(r: np.ndarray, inner: float, outer: float) -> np.ndarray:
     return beyond(inner) - beyond(outer)
 
 
-def _offsets(inner: float, outer: float, n: int) -> np.ndarray:
-    """Steps, none longer than n along an axis, from the cell of a source to all whose middles lie between two distances
-    from it [cells]: (m, 3)."""
-    step = np.stack(np.meshgrid(*[np.arange(-n, n + 1)] * 3, indexing="ij"), -1).reshape(-1, 3)
-    r = np.sqrt((step * step).sum(-1))
-    # A source may lie anywhere in its cell: half the diagonal from the middle.
-    return step[(r <= outer * (1 + _SEAM) + 0.87) & (r >= inner * (1 - _SEAM) - 0.87)]
+def _within(centre: np.ndarray, low: np.ndarray, high: np.ndarray, inner: float, outer: float) -> np.ndarray:
+    """Whether any point of a box may lie between two distances from a centre, in their window: (..., 3) each -> (...)
+    bool."""
+    near = np.maximum(np.maximum(low - centre, centre - high), 0)
+    far = np.maximum(high - centre, centre - low)
+    return (dot(near, near) <= (outer * (1 + _SEAM)) ** 2) & (dot(far, far) >= (inner * (1 - _SEAM)) ** 2)
+
+
+def _pairs(centre: np.ndarray, middles: np.ndarray, inner: float, outer: float) -> Iterator:
+    """Sources and cells between which light may go, (p,) and (p,), _PAIRS at a time at the most.
+
+    centre, middles: (n, 3), (m, 3) where they are; neighbouring cells in blocks of _BLOCK [m].
+    """
+    first = np.arange(0, len(middles), _BLOCK)
+    low, high = np.minimum.reduceat(middles, first), np.maximum.reduceat(middles, first)
+    rows = np.flatnonzero(_within(centre, low.min(0), high.max(0), inner, outer))
+    source, block = [], []
+    for part in tiles.slices(len(rows), _PAIRS // len(first)):
+        r, b = np.nonzero(_within(centre[rows[part], None], low, high, inner, outer))
+        source.append(rows[part][r])
+        block.append(b)
+    if source:
+        source, block = np.concatenate(source), np.concatenate(block)
+    for part in tiles.slices(len(source), _PAIRS // _BLOCK):
+        place = (block[part, None] * _BLOCK + np.arange(_BLOCK)).ravel()
+        there = np.flatnonzero(place < len(middles))
+        yield source[part][there // _BLOCK], place[there]
+
+
+def _seen(tracer: Tracer, starts, row, middles, place, bright) -> np.ndarray:
+    """Share of what sources send to cells that comes through: (p,) float32.
+
+    starts: (n, STARTS, 3) of all sources, middles: (m, 3) of all cells [m]; row, place: (p,) of each pair; bright: (p,)
+        whether all starts are asked, or one, another one for each pair.
+    """
+    seen, turn = np.zeros(len(row), np.float32), (row + place) % STARTS
+    for k in range(STARTS):
+        asked = np.flatnonzero(bright | (turn == k))
+        free = tracer.connected(starts[row[asked], k], middles[place[asked]])
+        seen[asked] += free * np.where(bright[asked], np.float32(1 / STARTS), 1)
+    return seen
 
 
 def _arriving(tracer, lights: Sources, grid: Grid, wanted, inner: float, outer: float, out) -> Iterator[float]:
@@ -91,34 +129,15 @@ def _arriving(tracer, lights: Sources, grid: Grid, wanted, inner: float, outer: 
     if not len(lights) or not len(wanted):
         return
     vector, rest = sharpened(lights.coefficients)
-    cells = np.stack(np.unravel_index(wanted, grid.shape), -1).astype(np.int32)
-    middles = grid.centres(cells)
-    base = np.floor(grid.local(lights.centre)).astype(np.int32)
-    offsets, n = None, int(np.ceil(outer / grid.cell * (1 + _SEAM) + 1)) if outer < np.inf else _STEPS + 1
-    if n <= _STEPS:
-        offsets = _offsets(inner / grid.cell, outer / grid.cell, n)
-        # Which row a cell has, with room for steps that leave the grid: no step has to be looked at for that.
-        room = Grid(grid.low - 2 * n * grid.cell, grid.cell, tuple(m + 4 * n for m in grid.shape))
-        slot = np.full(room.size, -1, np.int32)
-        slot[room.flat(cells + 2 * n)] = np.arange(len(wanted))
-        base, offsets = base + 2 * n, room.flat(offsets).astype(np.int32)
-
-    def pairs(part: slice, rows: np.ndarray):
-        """Sources and wanted cells of a part between which light may go: (p,), (p,)."""
-        if offsets is None:
-            return np.repeat(rows, part.stop - part.start), np.tile(np.arange(part.start, part.stop), len(rows))
-        place = slot[(room.flat(base[rows])[:, None] + offsets).ravel()]
-        own = np.flatnonzero((place >= part.start) & (place < part.stop))
-        return rows[own // len(offsets)], place[own]
+    # What each sends straight ahead.
+    ahead = np.maximum((np.sqrt(np.einsum("nac,nac->nc", vector, vector)) + rest).mean(-1), np.float32(1e-30))
+    cells = np.stack(np.unravel_index(wanted, grid.shape), -1)
+    order = np.argsort(morton(cells), kind="stable")
+    every = grid.centres(cells[order])
 
     def tile(part: slice):
-        rows = np.arange(len(lights))
-        if offsets is not None:
-            low, high = cells[part].min(0) + n, cells[part].max(0) + 3 * n
-            rows = np.flatnonzero(np.all((base >= low) & (base <= high), -1))
-        columns = part.stop - part.start if offsets is None else len(offsets)
-        for chunk in tiles.slices(len(rows), _PAIRS // columns):
-            row, place = pairs(part, rows[chunk])
+        middles, found = every[part], np.zeros((part.stop - part.start, *out.shape[1:]), np.float32)
+        for row, place in _pairs(lights.centre, middles, inner, outer):
             d = middles[place] - lights.centre[row]
             r2 = dot(d, d)
             window = _window(np.sqrt(r2), inner, outer)
@@ -126,12 +145,13 @@ def _arriving(tracer, lights: Sources, grid: Grid, wanted, inner: float, outer: 
             row, place, r2, window = row[near], place[near], r2[near], window[near]
             direction = d[near] / np.sqrt(np.maximum(r2, 1e-20))[:, None]
             arrives = beam(vector, rest, row, direction, r2, grid.cell) * window[:, None]
-            live = np.flatnonzero(lit(arrives))
+            share = arrives.mean(-1) * np.maximum(r2, np.float32(grid.cell**2)) / ahead[row]
+            live = np.flatnonzero(share > _NOTHING)
             row, arrives, direction, place = row[live], arrives[live], direction[live], place[live]
             if tracer is not None:
-                seen = sum(tracer.connected(lights.starts[row, k], middles[place]) for k in range(STARTS))
-                arrives *= (seen * np.float32(1 / STARTS))[:, None]
+                arrives *= _seen(tracer, lights.starts, row, middles, place, share[live] > _DIM)[:, None]
             lobe = sh.cosine_lobe(-direction, BANDS)
-            out[part] += summed(place - part.start, lobe[:, :, None] * arrives[:, None, :], part.stop - part.start)
+            found += summed(place, lobe[:, :, None] * arrives[:, None, :], len(found))
+        out[order[part]] += found
 
-    yield from tiles.run(tile, tiles.slices(len(wanted), 2048))
+    yield from tiles.run(tile, tiles.slices(len(wanted), _CELLS))

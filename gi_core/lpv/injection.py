@@ -54,7 +54,8 @@ def dense(vpls: Vpls, grid: Grid, bias: float, literal: bool) -> np.ndarray:
     """The grid of what starts in each cell: (x, y, z, 4, 3) float32 [W/sr]."""
     cell = cells_of(vpls, grid, bias)
     inside = grid.inside(cell)
-    vpls, cell = vpls[inside], cell[inside]
+    if not inside.all():
+        vpls, cell = vpls[inside], cell[inside]
     return summed(grid.flat(cell), lobes(vpls, grid, cell, literal), grid.size).reshape(*grid.shape, 4, 3)
 
 

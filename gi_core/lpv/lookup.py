@@ -98,6 +98,17 @@ def indirect(tracer: Tracer, surfels: Surfels, volume: Volume, settings: LpvSett
     return irradiance
 
 
+def radiance(tracer: Tracer, surfels: Surfels, volume: Volume, settings: LpvSettings) -> np.ndarray:
+    """Radiance of the volume over the direction that it comes from, at surfels: (n, k, 3) float32 [W/(m²·sr)].
+
+    Irradiance over the normal is radiance with its bands weakened (Ramamoorthi & Hanrahan 2001).
+    """
+    if not volume.levels:
+        return np.zeros((len(surfels), 4, 3), np.float32)
+    found = coefficients(tracer, volume.levels, settings, surfels.origin, surfels.face)
+    return found * (np.float32(settings.intensity) / sh.COSINE[: found.shape[1], None])
+
+
 def damping(found: np.ndarray, change: np.ndarray) -> np.ndarray:
     """How much light on a surface is believed, by how it changes along the normal: (n, k, 3), (n, k, 3) -> (n,).
 

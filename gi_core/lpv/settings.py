@@ -16,8 +16,10 @@ class LpvSettings(Settings):
     )
     cells: int = setting(32, "Cells along the longest side of each cascade", low=16, high=128, unit="cells")
     cascades: int = setting(
-        3, "Grids one in another; the largest holds the whole scene, or the box where one is given", low=1, high=6
-    )
+        0, "Grids one in another; the largest holds the whole scene, or the box where one is given. 0: as many as "
+        "leave nearly all points that are lit in the finest, so one for a room that is seen whole",
+        low=0, high=6,
+    )  # fmt: skip
     cascade_ratio: int = setting(2, "How many times larger the cells of a cascade are than the next finer one's",
                                  low=2, high=4)  # fmt: skip
     center: str = setting(
@@ -91,6 +93,22 @@ class LpvSettings(Settings):
         0.0, "Width in which light fades out towards the border of the largest cascade",
         low=0.0, high=32.0, unit="cells",
     )  # fmt: skip
+    glossy_lookup: str = setting(
+        "rays",
+        "Camera image, with `glossy`: what else is reflected in glossy surfaces by rays, or from the volume, which "
+        "has no noise but knows no more than three bands: for rough ones",
+        choices=("rays", "volume"),
+    )
+    fog_density: float = setting(
+        0.0, "Camera image: extinction of a homogeneous medium that fills the scene, or the box; what it scatters once "
+        "to the camera is shown as layers Volume Direct and Volume Indirect. 0 for none",
+        low=0.0, high=100.0, unit="1/m",
+    )  # fmt: skip
+    fog_albedo: float = setting(1.0, "Share of the light that the medium stops which it scatters", low=0.0, high=1.0)
+    fog_anisotropy: float = setting(
+        0.0, "Where the medium scatters to: back, evenly (0) or ahead (Henyey-Greenstein)", low=-0.95, high=0.95
+    )
+    fog_steps: int = setting(16, "Points in the medium that each subpixel's ray looks at", low=1, high=1024)
     half: bool = setting(True, "The volume's file: 16 bits for each value, which is enough for light; else 32")
     blend: float = setting(2.0, "Width in which a cascade goes over into the next larger one", low=0.0, high=8.0,
                            unit="cells")  # fmt: skip

@@ -7,13 +7,13 @@ the brighter each must count. A ray out of the lobe counts no more than the surf
 and where it ends the paths that stand in for virtual lights near by (`near.arriving`) tell what light there is.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from .. import environment as beyond
-from .. import gloss, tiles
+from .. import gloss, sh, tiles
 from ..direct import from_environment, from_lamp
 from ..sampling import Samples, r2_sequence, rotated
 from ..scene import Camera
@@ -46,11 +46,19 @@ class Glossy:
 
 
 def glossy_light(
-    tracer: Tracer, surfels: Surfels, camera: Camera, subpixels: int, rows: slice, settings: Settings
+    tracer: Tracer,
+    surfels: Surfels,
+    camera: Camera,
+    subpixels: int,
+    rows: slice,
+    settings: Settings,
+    field: Callable[[Surfels], np.ndarray] | None = None,
 ) -> Iterator[float]:
     """What glossy surfaces reflect of those that a camera sees.
 
     surfels: of `surfels.from_camera`, of some rows of subpixels. settings: `samples` rays go out from each point.
+    field: reflected light around surfels as harmonics of radiance, (n, k, 3) (`sh`), which is then taken for what rays
+        would find.
     A generator of progress; returns Glossy.
     """
     if not len(surfels):
@@ -68,7 +76,7 @@ def glossy_light(
         row = np.flatnonzero(lit(color))
         shown, color = shown[row], color[row]
         here = replace(here[row], normal=shown.normal)
-        lights = _from_lamps(tracer, here, shown, settings), *_along_lobe(tracer, here, shown, settings)
+        lights = _from_lamps(tracer, here, shown, settings), *_along_lobe(tracer, here, shown, settings, field)
         over = (np.divide(light, color, out=np.zeros_like(light), where=color > 0) for light in lights)
         found[part.start] = part.start + row, *over, color
 
@@ -78,7 +86,7 @@ def glossy_light(
     return Glossy(surfels[row], *values)
 
 
-def _along_lobe(tracer: Tracer, here: Surfels, shown: gloss.Gloss, settings: Settings):
+def _along_lobe(tracer: Tracer, here: Surfels, shown: gloss.Gloss, settings: Settings, field):
     """Radiance from surroundings and from what reflects light, each (n, 3), as the mean over rays out of the lobe."""
     n, rays, environment = len(here), settings.samples, tracer.geometry.scene.environment
     around, indirect = np.zeros((2, n * rays, 3), np.float32)
@@ -90,7 +98,10 @@ def _along_lobe(tracer: Tracer, here: Surfels, shown: gloss.Gloss, settings: Set
     place = here.place[row[up]] * rays + up % rays
     met, hit = along_rays(tracer, here.origin[row[up]], direction[up], place, reflecting=True)
     around[up[hit]] = met.emission
-    indirect[up[hit]] = met.albedo / np.pi * arriving(tracer, met, settings.bounces - 1, settings.seed)
+    if field is not None:
+        indirect[up] = np.maximum(sh.evaluate(field(here)[row[up]], direction[up]), 0)
+    else:
+        indirect[up[hit]] = met.albedo / np.pi * arriving(tracer, met, settings.bounces - 1, settings.seed)
     if not beyond.is_black(environment):
         missed = np.delete(up, hit)
         # Suns in it are drawn as lamps are.

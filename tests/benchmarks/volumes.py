@@ -62,12 +62,12 @@ def measured(tracer, lights, cells, cascades, iterations, whole):
     """Seconds of each step of the published scheme, and of the hierarchical one in all cells."""
     settings = LpvSettings(cells=cells, cascades=cascades, iterations=iterations, center="middle")
     grids = placed(tracer.geometry.bounds, None, None, settings)
-    surfaces, seconds = timed(lambda: blockers(tracer.geometry, grids[0].cell))
+    surfaces, seconds = timed(lambda: tiles.finish(blockers(tracer.geometry, grids[0].cell)))
     row = {"cells": sum(g.size for g in grids), "inject": 0.0, "geometry": seconds, "propagate": 0.0}
     for grid in grids:
         start, seconds = timed(lambda grid=grid: dense(lights, grid, 0.5, False))
         row["inject"] += seconds
-        (blocked, _), seconds = timed(lambda grid=grid: geometry_volume(surfaces, grid))
+        (blocked, _), seconds = timed(lambda grid=grid: tiles.finish(geometry_volume(surfaces, grid)))
         row["geometry"] += seconds
         _, seconds = timed(lambda a=start, b=blocked: tiles.finish(spread(affine(a), settings, b)))
         row["propagate"] += seconds

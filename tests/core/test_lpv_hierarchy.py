@@ -178,7 +178,18 @@ def test_where_the_volume_lies():
             box(text)
 
 
+def test_as_many_cascades_as_hold_what_is_lit():
+    bounds, rng = np.array([[-8, -8, 0], [8, 8, 4]]), np.random.default_rng(4)
+    everywhere = rng.uniform(*bounds, (999, 3)).astype(np.float32)
+    for lit, count in ((everywhere, 1), (everywhere / 2 * [1, 1, 2], 2), (everywhere / 8, 4), (everywhere[:1], 6)):
+        assert len(placed(bounds, None, np.float32(lit), LpvSettings())) == count
+    assert len(placed(bounds, None, None, LpvSettings())) == 1, "a volume of everything"
+    assert len(placed(bounds, None, everywhere, LpvSettings(cascades=3))) == 3
+
+
 def test_memory_is_known_before():
     settings = LpvSettings(cells=16, cascades=2, map_resolution=32)
     volume = tiles.finish(lpv.emit(ROOMS, points([[0.3, 0, 0]]), settings))
     assert volume.nbytes == memory(settings)
+    assert memory(replace(settings, cascades=0)) == memory(replace(settings, cascades=6)), "at the most"
+    assert "2 cascades, 8192 cells" in volume.summary and f"{volume.nbytes / 2**20:.1f} MB" in volume.summary
