@@ -29,7 +29,7 @@ from ..gi_core.techniques import METHODS, Asked
 from ..gi_core.tile_light import TileLight
 from ..gi_core.tiles import finish, named
 from ..gi_core.trace import Tracer
-from . import denoise, preflight
+from . import denoise, gpu_context, preflight
 from .read.box import box_corners
 from .read.camera import read_cameras
 from .read.images import ImageReader
@@ -91,8 +91,6 @@ class Job:
             raise NotThere(f"the target '{self.target}' is not there yet; there are {', '.join(TARGETS)}")
         if self.target == "volume" and self.method != "lpv":
             raise NotThere("only the method 'lpv' makes a volume: add --method lpv")
-        if self.settings.device == "gpu":
-            raise NotThere("baking on the graphics card is not there yet; use device auto or cpu")
         if self.resolution is not None and not 4 <= self.resolution <= 16384:
             raise SettingError(f"the resolution is {self.resolution}; it goes from 4 to 16384 pixels")
         if self.settings.glossy and self.target != "image":
@@ -181,17 +179,22 @@ def bake(
         cameras = read_cameras(scene, view_layer, job.cameras) or [core.camera]
     if job.method == "ssgi" and cameras == [None]:
         raise Refused([preflight.no_camera(scene)])
+    with stages.time("device"):
+        device, why_not = gpu_context.device(job.settings.device)
     with stages.time("trees"):
-        tracer = Tracer(Geometry(core))
+        tracer = Tracer(Geometry(core), device)
 
     if getattr(job.settings, "box", ""):
         job = replace(job, settings=replace(job.settings, box=box_corners(job.settings.box, scene)))
     settings, technique = _per_point(job), METHODS[job.method]
+    notes = [f"{f.code}: {f.message}" for f in findings]
+    if why_not:
+        notes.append(f"NO_GPU: the graphics card was asked for; the processor computed: {why_not}")
     if job.target == "volume":
         work = named("maps", technique.emit(tracer, Asked(None), settings))
         volume = yield from stages.follow(work, 0, 1, {"maps": 1.0})
-        notes = (*(f"{f.code}: {f.message}" for f in findings), volume.summary)
-        return Result(job, {}, {}, "cpu", stages.seconds, core.approximated, notes, volume)
+        notes.append(volume.summary)
+        return Result(job, {}, {}, device.name, stages.seconds, core.approximated, tuple(notes), volume)
 
     camera = camera_at(core.camera, job.resolution) if job.target == "image" else None
     receivers = _receivers(tracer, job, camera)
@@ -231,11 +234,11 @@ def bake(
             layers |= {f"SSGI {k}": v for view in views for k, v in view.debug(camera.resolution).items()}
         else:
             light = {r.name: _light(canvases[r.name], r.shape, _coverage(r, views)) for r in receivers}
-    warnings = [f"{f.code}: {f.message}" for f in findings] + _notes(settings, reused, estimates)
+    warnings = notes + _notes(settings, reused, estimates)
     if isinstance(emitted, lpv.Volume):
         warnings.append(emitted.summary)
     carried = views[0].history if views else None
-    return Result(job, layers, light, "cpu", stages.seconds, core.approximated, tuple(warnings), history=carried)
+    return Result(job, layers, light, device.name, stages.seconds, core.approximated, tuple(warnings), history=carried)
 
 
 def _per_point(job: Job) -> Settings:

@@ -3,6 +3,7 @@
 """The console script `gi-bake`, for the bpy wheel."""
 
 import importlib.util
+import os
 import sys
 from pathlib import Path
 
@@ -17,4 +18,11 @@ def main() -> int:
         folder = Path(importlib.util.find_spec("bpy").origin).parent
         sys.path.extend(str(p) for p in folder.glob("*/python/lib/python3.*/site-packages"))
         from . import cli
-    return cli.main()
+    code = cli.main()
+    bpy = sys.modules["bpy"]
+    if bpy.app.version < (5, 0) and "gpu" in sys.modules:
+        # Blender 4.5 hangs while it ends, once it has had a context.
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(code)
+    return code

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from . import tiles
+from .device import NUMPY, Device
 from .kernels.bilateral import bilateral
 from .trace import Tracer
 
@@ -19,7 +19,7 @@ def reach(passes: int) -> int:
     return 2 * ((1 << passes) - 1) + 1
 
 
-def smooth(value, position, normal, passes: int, walls=None) -> Iterator[float]:
+def smooth(value, position, normal, passes: int, walls=None, device: Device = NUMPY) -> Iterator[float]:
     """The joint bilateral filter over an image of surface points, reaching 4, 12, 28 … pixels from the centre with 1,
     2, 3 … passes.
 
@@ -27,23 +27,18 @@ def smooth(value, position, normal, passes: int, walls=None) -> Iterator[float]:
         `walls_between` found, None where all that is filtered together is in sight of each other.
     A generator of progress; returns (h, w, c) float32.
     """
-    footprint = pixel_footprint(position, normal)
-    h = len(value)
+    h, w, _ = value.shape
+    seen = [(position, 3), (normal, 3), (pixel_footprint(position, normal), 1)]
+    position, normal, footprint = (device.array(*one) for one in seen)
+    walls = walls if walls is None else device.array(walls, 2)
     for k in range(passes):
         step = 1 << k
-        out = np.empty_like(value)
 
-        def tile(part: slice, value=value, out=out, step=step):
-            # Rows around the tile that its taps reach.
-            low, high = max(part.start - 2 * step, 0), min(part.stop + 2 * step, h)
-            rows = slice(low, high)
-            between = None if walls is None else walls[rows]
-            done = bilateral(value[rows], position[rows], normal[rows], footprint[rows], step, between)
-            out[part] = done[part.start - low : part.stop - low]
+        def tile(rows: slice, value=value, step=step):
+            return device.run(bilateral, value, position, normal, footprint, step, walls, rows)
 
-        yield from tiles.run(tile, tiles.slices(h, max(4 * step, _PIXELS // value.shape[1])))
-        value = out
-    return value
+        value = yield from device.each(tile, h, max(4 * step, _PIXELS // w))
+    return device.numpy(value)
 
 
 def walls_between(tracer: Tracer, position: np.ndarray, normal: np.ndarray) -> np.ndarray:

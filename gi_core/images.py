@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from . import environment as beyond
+from .device import NUMPY, Device
 from .filter import reach as filter_reach
 from .filter import smooth, walls_between
 from .scene import Camera, Environment
@@ -41,6 +42,7 @@ def smoothed(
     variance: np.ndarray | None = None,
     tracer: Tracer | None = None,
     island: np.ndarray | None = None,
+    device: Device = NUMPY,
 ) -> Iterator[float]:
     """Irradiance of an image's surfels, filtered along surfaces: (n, 3 k) -> (n, 3 k).
 
@@ -56,11 +58,11 @@ def smoothed(
     walls = None if tracer is None else walls_between(tracer, position, normal)
     if walls is not None and island is not None:
         walls[..., 1] += (island * (shape[0] + 1))[:, None]
-    image = yield from smooth(noisy, position, normal, passes, walls)
+    image = yield from smooth(noisy, position, normal, passes, walls, device)
     if variance is not None:
         taken = sum((noisy - image)[..., lit % 3 == c].sum(-1) ** 2 for c in range(3))
         both = np.stack([taken, spread(variance.sum(-1, keepdims=True), place, shape)[..., 0]], -1)
-        taken, noise = np.moveaxis((yield from smooth(both, position, normal, _NEAR, walls)), -1, 0)
+        taken, noise = np.moveaxis((yield from smooth(both, position, normal, _NEAR, walls, device)), -1, 0)
         image += detail(taken, noise)[..., None] * (noisy - image)
     smooth_light = np.zeros_like(irradiance)
     smooth_light[:, lit] = image.reshape(shape[0] * shape[1], -1)[place]

@@ -115,7 +115,7 @@ class TileLight:
         noisy = np.concatenate([shown.around, shown.indirect], -1)
         if settings.denoise == "bilateral":
             # What a mirror shows has edges that its surface knows nothing of: a filter along it must not reach far.
-            noisy = yield from images.smoothed(noisy, shown.surfels, place, shape, 1)
+            noisy = yield from images.smoothed(noisy, shown.surfels, place, shape, 1, device=self.tracer.device)
         light = {"Glossy Lamps": shown.lamps, "Glossy Around": noisy[:, :3], "Glossy Indirect": noisy[:, 3:]}
         layers = {k: images.over_color(v, shown.color, place, shape, subpixels) for k, v in light.items()}
         whole = images.spread(shown.color, place, shape)
@@ -159,5 +159,7 @@ class TileLight:
         values, passes = estimate.values, self.settings.denoise_passes
         noisy = values if self.technique.noisy(self.settings) else values[:, :1]
         flat, variance = noisy.reshape(len(points), -1), estimate.variance
-        smooth = yield from images.smoothed(flat, points, place, tile.shape, passes, variance, walls, island)
+        smooth = yield from images.smoothed(
+            flat, points, place, tile.shape, passes, variance, walls, island, self.tracer.device
+        )
         return np.concatenate([smooth.reshape(noisy.shape), values[:, noisy.shape[1] :]], 1)

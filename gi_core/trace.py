@@ -12,6 +12,7 @@ import numpy as np
 from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 
+from .device import NUMPY, Device
 from .emitters import emitters
 from .environment import parted
 from .geometry import Geometry
@@ -81,12 +82,12 @@ class Tracer:
     until what is left of it falls to a number that is drawn once for each ray, out of its own bits: it ends at each of
     them as often as that one takes its light, the same ray always at the same, and no sample has to be split.
 
-    geometry: what rays meet. sky, suns: what those see that meet nothing, see `environment.parted`. glow: points that
-        stand for the emitting surfaces, see `emitters`.
+    geometry: what rays meet. device: what kernels run on beside them. sky, suns: what those see that meet nothing, see
+        `environment.parted`. glow: points that stand for the emitting surfaces, see `emitters`.
     """
 
-    def __init__(self, geometry: Geometry):
-        self.geometry = geometry
+    def __init__(self, geometry: Geometry, device: Device = NUMPY):
+        self.geometry, self.device = geometry, device
         self.sky, self.suns = parted(geometry.scene.environment)
         self.glow = emitters(geometry)
         clear = geometry.clear

@@ -10,6 +10,7 @@ import sys
 import tempfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -64,6 +65,39 @@ def extension(tmp_path_factory):
     yield addon_utils.enable("bl_ext.t.gi_bake", default_set=True, persistent=True, handle_error=fail)
     addon_utils.disable("bl_ext.t.gi_bake", default_set=True, handle_error=fail)
     repositories.remove(repository)
+
+
+@pytest.fixture(scope="session")
+def gpu():
+    """A GpuDevice, in software without a card. Skips without a driver, fails where GI_BAKE_GPU is `required`."""
+    from gi_bake.addon import gpu_context
+
+    device, why_not = gpu_context.device("gpu")
+    if why_not:
+        (pytest.fail if os.environ.get("GI_BAKE_GPU") == "required" else pytest.skip)(why_not)
+    return device
+
+
+@pytest.fixture
+def same(gpu):
+    """Holds a kernel on the graphics card against its definition: `same(kernel, *arguments, tolerance=1e-4)`.
+
+    Numbers may differ by the tolerance as a share of the greatest; what else a kernel gives must be the same.
+    """
+
+    def check(kernel, *arguments, tolerance=1e-4, **settings):
+        expected, found = kernel(*arguments, **settings), gpu.run(kernel, *arguments, **settings)
+        if not isinstance(expected, tuple):
+            expected, found = (expected,), (found,)
+        assert len(found) == len(expected)
+        for e, f in zip(expected, map(gpu.numpy, found)):
+            assert f.shape == e.shape and f.dtype.kind == e.dtype.kind
+            if e.dtype.kind == "f":
+                np.testing.assert_allclose(f, e, rtol=tolerance, atol=tolerance * np.abs(e).max(initial=0))
+            else:
+                np.testing.assert_array_equal(f, e)
+
+    return check
 
 
 @pytest.fixture(scope="session")

@@ -14,17 +14,23 @@ _SPLINE = np.array([1, 4, 6, 4, 1], np.float32) / 16
 _NORMAL_SQUARINGS = 4
 
 
-def bilateral(value, position, normal, footprint, step: int, walls=None) -> np.ndarray:
+def bilateral(value, position, normal, footprint, step: int, walls=None, rows: slice = slice(None)) -> np.ndarray:
     """Values averaged along the surface.
 
     value: (h, w, c) float32; position, normal: (h, w, 3) float32; footprint: (h, w) float32, size of a pixel on its
     surface [m], 0 where there is none; step: pixels between taps; walls: (h, w, 2) float32, how many walls stand
-    between
-    a pixel and the beginning of its row and of its column: a tap counts only where none stands on the way to it, along
-    the row and then along the column. Returns (h, w, c) float32, zero where there is no surface.
+    between a pixel and the beginning of its row and of its column: a tap counts only where none stands on the way to
+    it, along the row and then along the column. rows: which are wanted.
+    Returns (rows, w, c) float32, zero where there is no surface.
     """
-    h, w, c = value.shape
     margin = 2 * step
+    first, last, _ = rows.indices(len(value))
+    reached = slice(max(first - margin, 0), last + margin)
+    if first > 0 or last < len(value):
+        walls = walls if walls is None else walls[reached]
+        part = bilateral(value[reached], position[reached], normal[reached], footprint[reached], step, walls)
+        return part[first - reached.start :][: last - first]
+    h, w, c = value.shape
     pad = ((margin, margin), (margin, margin))
     weight_padded = np.pad((footprint > 0).astype(np.float32), pad)
     # What is filtered, and what stops it, in planes of their own: whole rows go through the arithmetic units at once.
@@ -53,3 +59,16 @@ def bilateral(value, position, normal, footprint, step: int, walls=None) -> np.n
             for k in range(c):
                 out[k] += weight * values[k][at]
     return np.stack(out, -1) / np.maximum(total, 1e-20)[..., None] * (footprint > 0)[..., None]
+
+
+def bilateral_on_gpu(gpu, value, position, normal, footprint, step: int, walls=None, rows: slice = slice(None)):
+    h, w, c = value.shape
+    channels = next(n for n in (4, 3, 2, 1) if c % n == 0)
+    result = gpu.empty(value.shape, channels)
+    inputs = {"value": (value, channels), "position": (position, 3), "normal": (normal, 3), "footprint": (footprint, 1)}
+    gpu.dispatch(
+        "bilateral", h * w, inputs if walls is None else {**inputs, "walls": (walls, 2)}, {"result": result},
+        integers={"width": w, "height": h, "step_": step},
+        defines={"COLORS": c // channels, "WALLS": int(walls is not None)}, steps=25,
+    )  # fmt: skip
+    return result

@@ -1,0 +1,299 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What kernels run on: the processor, with numpy, or a graphics card, through Blender's `gpu` module.
+
+    near = device.run(bilateral, device.array(value), …)        a kernel on arrays
+    light = yield from device.each(tile, n, size)               the same over any number of items
+    picture = device.numpy(light)                               to the processor, where it is needed there
+
+A kernel is a function of numpy arrays in `kernels/NAME.py`; that is its definition. Beside it lies `NAME.glsl`, which
+computes one item, and in the same module `NAME_on_gpu`, which says what goes into that and what comes out. Arrays that
+a kernel gives stay where it ran, so kernels that follow each other move nothing.
+
+Blender has no storage buffers: arrays are textures of `_WIDTH` texels in a row, an item after the other, with the last
+axis in their channels. Whole numbers lie in them as floats, exact up to 2²⁴.
+"""
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from . import kernels, tiles
+
+_WIDTH_BITS = 11
+_WIDTH = 1 << _WIDTH_BITS
+
+# Invocations of a work group, and groups in a row of them.
+_GROUP, _ROW = 64, 1024
+
+# Seconds that one dispatch should take: drivers kill those of seconds, and a cancel waits for one.
+_DISPATCH = 0.05
+
+# Formats by channels. Three are stored as four: cards write no images of three.
+_FORMATS = {1: "R32F", 2: "RG32F", 3: "RGBA32F", 4: "RGBA32F"}
+_TYPES = {1: "float", 2: "vec2", 3: "vec3", 4: "vec4"}
+_SWIZZLE = {1: "x", 2: "xy", 3: "xyz", 4: "xyzw"}
+
+
+class NumpyDevice:
+    """The processor: arrays are numpy's, kernels are called as they are."""
+
+    name, software = "cpu", True
+
+    def array(self, values: np.ndarray, channels: int) -> np.ndarray:
+        """Values where kernels run; see `GpuDevice.array`."""
+        return values
+
+    def numpy(self, values: np.ndarray) -> np.ndarray:
+        """Values where numpy is."""
+        return values
+
+    def run(self, kernel: Callable, *arguments, **settings):
+        """A kernel's result for its arguments."""
+        return kernel(*arguments, **settings)
+
+    def each(self, function: Callable[[slice], object], n: int, size: int) -> Iterator[float]:
+        """function(part) for range(n), by `size` items or fewer at once on all cores. A generator of progress; returns
+        its results one after the other: an array, or a tuple where it returns one."""
+        found = {}
+
+        def tile(part: slice):
+            found[part.start] = function(part)
+
+        parts = tiles.slices(n, size) or [slice(0, 0)]
+        yield from tiles.run(tile, parts)
+        results = [found[part.start] for part in parts]
+        if isinstance(results[0], tuple):
+            return tuple(np.concatenate(one) for one in zip(*results))
+        return np.concatenate(results)
+
+
+NUMPY = NumpyDevice()
+
+
+@dataclass(frozen=True)
+class GpuArray:
+    """An array on the graphics card. channels: numbers in a texel; shape, kind: of what numpy makes of it."""
+
+    texture: object
+    shape: tuple[int, ...]
+    channels: int
+    kind: np.dtype
+    pool: list
+
+    def __len__(self) -> int:
+        return self.shape[0]
+
+    def __getitem__(self, part: slice) -> "GpuArray":
+        if (part.start or 0, part.stop) not in ((0, None), (0, self.shape[0])):
+            raise IndexError("arrays on the graphics card are worked on whole")
+        return self
+
+    def __del__(self):
+        self.pool.append(self.texture)
+
+    @property
+    def items(self) -> int:
+        """Texels."""
+        return int(np.prod(self.shape, dtype=np.int64)) // self.channels
+
+
+@dataclass
+class _Program:
+    """A compiled shader. rate: steps that it does in a second."""
+
+    shader: object
+    rate: float = 1e7
+    compiled: bool = False
+
+
+class GpuDevice:
+    """The graphics card, or what stands in for it. To be made and used on the main thread, where there is a context.
+
+    name: what Blender calls it. software: whether the processor does its work. bytes: in textures now.
+    """
+
+    def __init__(self):
+        import gpu
+
+        self._gpu = gpu
+        self.name = f"gpu ({gpu.platform.renderer_get()})"
+        self.software = gpu.platform.device_type_get() == "SOFTWARE"
+        self._programs: dict[object, _Program] = {}
+        self._pools: dict[tuple, list] = {}
+        self._waiting: list[Callable[[], None]] = []
+        self.moved = 0
+        self._fence = gpu.types.GPUTexture((1, 1), format="R32F")
+
+    def array(self, values: np.ndarray | GpuArray, channels: int) -> GpuArray:
+        """Values on the card, in items of so many channels, 1 to 4, that lie together on the last axes."""
+        if isinstance(values, GpuArray):
+            if values.channels != channels:
+                raise ValueError(f"an array of {values.channels} channels is asked for as one of {channels}")
+            return values
+        values = np.asarray(values)
+        kind = np.dtype(np.float32) if values.dtype.kind == "f" else values.dtype
+        stored = 4 if channels == 3 else channels
+        items = values.size // channels
+        width, height = _extent(items)
+        data = np.zeros((width * height, stored), np.float32)
+        data[:items, :channels] = values.reshape(items, channels)
+        self.moved += data.nbytes
+        buffer = self._gpu.types.Buffer("FLOAT", data.size, data.ravel())
+        texture = self._gpu.types.GPUTexture((width, height), format=_FORMATS[channels], data=buffer)
+        return GpuArray(texture, values.shape, channels, kind, [])
+
+    def numpy(self, values: GpuArray | np.ndarray) -> np.ndarray:
+        """Values on the processor, once all that makes them is done."""
+        if isinstance(values, np.ndarray):
+            return values
+        tiles.finish(self._done())
+        buffer = values.texture.read()
+        # Before Blender 5.2 the strides of a buffer of more than one dimension are wrong.
+        buffer.dimensions = int(np.prod(buffer.dimensions))
+        data = np.array(buffer, np.float32).reshape(-1, 4 if values.channels == 3 else values.channels)
+        self.moved += data.nbytes
+        data = np.ascontiguousarray(data[: values.items, : values.channels])
+        return data.reshape(values.shape).astype(values.kind, copy=False)
+
+    def run(self, kernel: Callable, *arguments, **settings):
+        """A kernel's result for its arguments, numpy arrays or the card's: the card's."""
+        module = __import__(kernel.__module__, fromlist=["_"])
+        return getattr(module, f"{kernel.__name__}_on_gpu")(self, *arguments, **settings)
+
+    def each(self, function: Callable[[slice], object], n: int, size: int) -> Iterator[float]:
+        """function(range(n)) in one go: what it dispatches is cut by itself. A generator of progress."""
+        result = function(slice(0, n))
+        yield from self._done()
+        return result
+
+    def empty(self, shape: tuple[int, ...], channels: int, kind: type = np.float32) -> GpuArray:
+        """An array of whatever was there."""
+        key = (*_extent(int(np.prod(shape, dtype=np.int64)) // channels), _FORMATS[channels])
+        pool = self._pools.setdefault(key, [])
+        texture = pool.pop() if pool else self._gpu.types.GPUTexture(key[:2], format=key[2])
+        return GpuArray(texture, shape, channels, np.dtype(kind), pool)
+
+    def dispatch(
+        self,
+        source: str,
+        n: int,
+        inputs: dict[str, tuple[np.ndarray | GpuArray, int]],
+        outputs: dict[str, GpuArray],
+        integers: dict[str, int] | None = None,
+        floats: dict[str, float] | None = None,
+        defines: dict[str, int] | None = None,
+        with_sources: tuple[str, ...] = (),
+        steps: int = 1,
+    ):
+        """Runs `void kernel(int i)` of kernels/SOURCE.glsl for each i in range(n), sometime before results are read.
+
+        inputs: values and their channels. In the source an input is a function of an item's index,
+        `vec3 position(int i)`, float, vec2, vec3 or vec4 by its channels, a type that is also called `position_t`; an
+        output is `set_NAME(i, value)`; integers, floats and defines are there by their names.
+        with_sources: files that it builds on. steps: what one item costs, in loops.
+        """
+        if not n:
+            return
+        inputs = {name: self.array(*values) for name, values in inputs.items()}
+        integers, floats, defines = dict(integers or {}), dict(floats or {}), defines or {}
+        key = (source, *((k, v.channels) for k, v in (*inputs.items(), *outputs.items())), *defines.items())
+        key = (key, tuple(integers), tuple(floats))
+        program = self._programs.get(key)
+        if program is None:
+            program = self._programs[key] = _Program(
+                self._compiled(source, inputs, outputs, integers, floats, defines, with_sources)
+            )
+
+        self._waiting.append(lambda: self._worked(program, n, inputs, outputs, integers, floats, steps))
+
+    def _done(self) -> Iterator[float]:
+        """Does what waits: a generator of progress."""
+        count = len(self._waiting)
+        waiting, self._waiting = self._waiting, []
+        for k, work in enumerate(waiting):
+            for done in work():
+                yield (k + done) / count
+        yield 1.0
+
+    def _worked(self, program, n, inputs, outputs, integers, floats, steps) -> Iterator[float]:
+        gpu, shader, first = self._gpu, program.shader, 0
+        while first < n:
+            count = min(n - first, max(_GROUP, int(program.rate * _DISPATCH / steps)))
+            begin = time.perf_counter()
+            shader.bind()
+            for name, values in inputs.items():
+                _given(shader.uniform_sampler, f"{name}_", values.texture)
+            for name, values in outputs.items():
+                _given(shader.image, f"{name}_", values.texture)
+            for name, value in (*integers.items(), ("first_", first), ("last_", first + count)):
+                _given(shader.uniform_int, name, int(value))
+            for name, value in floats.items():
+                _given(shader.uniform_float, name, float(value))
+            groups = -(-count // _GROUP)
+            gpu.compute.dispatch(shader, min(groups, _ROW), -(-groups // _ROW), 1)
+            # A shader that is freed while it is bound takes Blender down at the next bind.
+            gpu.shader.unbind()
+            self._fence.read()
+            seconds = time.perf_counter() - begin
+            # What is over in no time says little of how fast it is, and the first dispatch compiles.
+            if seconds > _DISPATCH / 4 and program.compiled:
+                program.rate = count * steps / seconds
+            elif first + count < n:
+                program.rate *= 4
+            program.compiled = True
+            first += count
+            yield first / n
+
+    def _compiled(self, source, inputs, outputs, integers, floats, defines, with_sources):
+        info = self._gpu.types.GPUShaderCreateInfo()
+        lines = []
+        for slot, (name, values) in enumerate(inputs.items()):
+            info.sampler(slot, "FLOAT_2D", f"{name}_")
+            info.define(f"{name}_t", _TYPES[values.channels])
+            lines.append(
+                f"{_TYPES[values.channels]} {name}(int i) {{ return texelFetch({name}_, ivec2(i & {_WIDTH - 1}, "
+                f"i >> {_WIDTH_BITS}), 0).{_SWIZZLE[values.channels]}; }}"
+            )
+        for slot, (name, values) in enumerate(outputs.items()):
+            info.define(f"{name}_t", _TYPES[values.channels])
+            info.image(slot, _FORMATS[values.channels], "FLOAT_2D", f"{name}_", qualifiers={"WRITE"})
+            filled = {1: "v, 0.0, 0.0, 0.0", 2: "v, 0.0, 0.0", 3: "v, 0.0", 4: "v"}[values.channels]
+            lines.append(
+                f"void set_{name}(int i, {_TYPES[values.channels]} v) {{ imageStore({name}_, ivec2(i & {_WIDTH - 1}, "
+                f"i >> {_WIDTH_BITS}), vec4({filled})); }}"
+            )
+        for name in (*integers, "first_", "last_"):
+            info.push_constant("INT", name)
+        for name in floats:
+            info.push_constant("FLOAT", name)
+        for name, value in defines.items():
+            info.define(name, str(value))
+        info.local_group_size(_GROUP, 1, 1)
+        folder = Path(kernels.__file__).parent
+        lines += [(folder / f"{name}.glsl").read_text() for name in (*with_sources, source)]
+        lines.append(
+            f"void main() {{ int i = first_ + int(gl_GlobalInvocationID.y) * {_GROUP * _ROW} "
+            "+ int(gl_GlobalInvocationID.x); if (i < last_) { kernel(i); } }"
+        )
+        info.compute_source("\n".join(lines))
+        return self._gpu.shader.create_from_info(info)
+
+
+Device = NumpyDevice | GpuDevice
+
+
+def _extent(items: int) -> tuple[int, int]:
+    """Width and height of a texture of so many texels."""
+    return min(max(items, 1), _WIDTH), max(1, -(-items // _WIDTH))
+
+
+def _given(setter: Callable, name: str, value):
+    """Sets what a shader has. OpenGL drops what a shader does not use, and Blender then finds no such name."""
+    try:
+        setter(name, value)
+    except ValueError:
+        pass
