@@ -4,11 +4,12 @@
 pixel's surface was in an earlier frame."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from .. import surfels, tiles
+from ..device import NUMPY, Device
 from ..direct import lamps, surroundings
 from ..geometry import Geometry
 from ..images import spread
@@ -55,6 +56,11 @@ class GBuffer:
                   self.weights)  # fmt: skip
         screen = Screen(self.screen.camera, self.screen.step * step)
         return GBuffer(screen, *(np.ascontiguousarray(i[::step, ::step]) for i in images), self.geometry)
+
+    def on(self, device: Device) -> "GBuffer":
+        """The buffer with what kernels read of it where they run."""
+        images = {"depth": 1, "position": 3, "normal": 3, "face": 3, "albedo": 3}
+        return replace(self, **{name: device.array(getattr(self, name), c) for name, c in images.items()})
 
     @property
     def surface(self) -> np.ndarray:
@@ -112,7 +118,7 @@ def direct_light(tracer: Tracer, buffer: GBuffer, light_samples: int, samples: i
 
 @dataclass(frozen=True)
 class DepthMap:
-    """What rays are marched through.
+    """What rays are marched through, where kernels run.
 
     depth: (h, w) float32 device depth, NOTHING where no surface is. slope: (h, w, 2) float32. pyramid, table: of
     `depth_pyramid`.
@@ -124,8 +130,8 @@ class DepthMap:
     table: np.ndarray
 
 
-def depth_map(buffer: GBuffer) -> DepthMap:
-    """The depth of a full-resolution buffer, ready for marching."""
+def depth_map(buffer: GBuffer, device: Device = NUMPY) -> DepthMap:
+    """The depth of a full-resolution buffer, ready for marching on a device."""
     h, w = buffer.screen.shape
     surface = buffer.surface
     depth = np.where(surface, buffer.screen.device(np.where(surface, buffer.depth, 1)), NOTHING).astype(np.float32)
@@ -133,7 +139,8 @@ def depth_map(buffer: GBuffer) -> DepthMap:
     slope[surface] = buffer.screen.slopes(buffer.position[surface], buffer.face[surface])
     # The nearest corner of each pixel's plane.
     nearest = np.where(surface, depth - np.abs(slope).sum(-1) / 2, NOTHING)
-    return DepthMap(depth, slope, *depth_pyramid(nearest.astype(np.float32), LEVELS))
+    levels = device.run(depth_pyramid, nearest.astype(np.float32), LEVELS)
+    return DepthMap(device.array(depth, 1), device.array(slope, 2), *levels)
 
 
 def before(buffer: GBuffer, earlier: GBuffer) -> tuple[np.ndarray, np.ndarray]:
