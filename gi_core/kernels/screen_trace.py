@@ -75,7 +75,7 @@ def screen_trace_on_gpu(
     inputs = {
         "pixels": (pixels, 1), "place": (place, 1), "depth": (depth, 1), "position": (position, 3),
         "normal": (normal, 3), "face": (face, 3), "points": (points, 2),
-        "axes": (np.concatenate([screen.axes, screen.eye[None]]), 3),
+        "axes": (screen.frame, 3),
         **march_inputs(gpu, march.depth, march.slope, march.pyramid),
     }  # fmt: skip
     unit_x, unit_y = screen.pixels_per_unit

@@ -13,7 +13,8 @@ from ..device import NUMPY, Device
 from ..direct import lamps, surroundings
 from ..geometry import Geometry
 from ..images import spread
-from ..kernels.depth_pyramid import NOTHING, depth_pyramid
+from ..kernels.depth_pyramid import depth_pyramid
+from ..kernels.pixel_planes import pixel_planes
 from ..sampling import Samples
 from ..surfels import Surfels
 from ..trace import Tracer
@@ -22,6 +23,9 @@ from .screen import Screen
 
 # Levels of the depth pyramid; HDRP marches up to the seventh.
 LEVELS = 7
+
+# Pixels worked on at once by a thread.
+_PIXELS = 1 << 15
 
 # Lengths in HDRP are for what is some metres away. Here they grow with the distance: its metre is this share of it.
 METRE = np.float32(1 / 5)
@@ -130,17 +134,20 @@ class DepthMap:
     table: np.ndarray
 
 
-def depth_map(buffer: GBuffer, device: Device = NUMPY) -> DepthMap:
-    """The depth of a full-resolution buffer, ready for marching on a device."""
+def depth_map(buffer: GBuffer, device: Device = NUMPY) -> Iterator[float]:
+    """The depth of a full-resolution buffer, ready for marching. A generator of progress; returns a DepthMap.
+
+    buffer: where kernels run.
+    """
     h, w = buffer.screen.shape
-    surface = buffer.surface
-    depth = np.where(surface, buffer.screen.device(np.where(surface, buffer.depth, 1)), NOTHING).astype(np.float32)
-    slope = np.zeros((h, w, 2), np.float32)
-    slope[surface] = buffer.screen.slopes(buffer.position[surface], buffer.face[surface])
-    # The nearest corner of each pixel's plane.
-    nearest = np.where(surface, depth - np.abs(slope).sum(-1) / 2, NOTHING)
-    levels = device.run(depth_pyramid, nearest.astype(np.float32), LEVELS)
-    return DepthMap(device.array(depth, 1), device.array(slope, 2), *levels)
+    depth, position, face = buffer.depth.reshape(-1), buffer.position.reshape(-1, 3), buffer.face.reshape(-1, 3)
+
+    def tile(part: slice):
+        return device.run(pixel_planes, depth[part], position[part], face[part], buffer.screen)
+
+    depth, slope, nearest = yield from device.each(tile, h * w, _PIXELS)
+    levels = device.run(depth_pyramid, nearest.reshape(h, w), LEVELS)
+    return DepthMap(depth.reshape(h, w), slope.reshape(h, w, 2), *levels)
 
 
 def before(buffer: GBuffer, earlier: GBuffer) -> tuple[np.ndarray, np.ndarray]:

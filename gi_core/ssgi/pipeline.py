@@ -167,7 +167,7 @@ def one_pass(inputs: Inputs, history: History | None, settings: SsgiSettings) ->
             source = device.run(reflected, lit, albedo, again)
     layers = {}
     if settings.debug:
-        place, shape = search.points.place, buffer.depth.shape
+        place, shape = search.places, buffer.depth.shape
         layers = {"Traced": raw, "Accumulated": mean, "Passes": count, "Face": full.face}
         layers |= {"Lit": lit, "Motion": _motion(full, history)}
         layers["Missed"] = images.spread(device.numpy(missed)[:, None], place, shape)[..., 0]
@@ -271,5 +271,5 @@ def _filtered(inputs: Inputs, value: np.ndarray, settings: SsgiSettings, number:
             screen.matrix, far, metre[part], literal, seed,
         )  # fmt: skip
 
-    found = yield from device.each(tile, len(search.points), _PIXELS)
+    found = yield from device.each(tile, len(search.places), _PIXELS)
     return device.run(spread, found, search.row)

@@ -51,28 +51,35 @@ class Search:
         return self.buffer.surfels()
 
     @cached_property
+    def places(self) -> np.ndarray:
+        """Which pixels of the buffer search: (n,) int32."""
+        return np.flatnonzero(self.buffer.surface).astype(np.int32)
+
+    @cached_property
     def depths(self) -> np.ndarray:
-        """Depth of the points: (n,) float32 [m]."""
-        return self.buffer.depth.ravel()[self.points.place]
+        """Depth there: (n,) float32 [m]."""
+        return self.buffer.depth.ravel()[self.places]
 
     @cached_property
     def place(self) -> np.ndarray:
-        """Which pixels of the buffer search, where kernels run: (n,) int32."""
-        return self.device.array(self.points.place.astype(np.int32), 1)
+        """`places` where kernels run."""
+        return self.device.array(self.places, 1)
 
     @cached_property
     def row(self) -> np.ndarray:
         """Which of them each pixel is, where kernels run: (h, w) int32, −1 for none."""
         row = np.full(self.buffer.depth.size, -1, np.int32)
-        row[self.points.place] = np.arange(len(self.points))
+        row[self.places] = np.arange(len(self.places))
         return self.device.array(row.reshape(self.buffer.depth.shape), 1)
 
     @cached_property
     def pixels(self) -> np.ndarray:
         """Which pixels of the full screen they are, where kernels run: (n,) int32."""
-        row, column = np.divmod(self.points.place, self.buffer.screen.shape[1])
+        if self.buffer is self.full:
+            return self.place
+        row, column = np.divmod(self.places, self.buffer.screen.shape[1])
         step = self.buffer.screen.step
-        return self.device.array((row * step * self.full.screen.shape[1] + column * step).astype(np.int32), 1)
+        return self.device.array(row * step * self.full.screen.shape[1] + column * step, 1)
 
     @cached_property
     def seen(self) -> GBuffer:
@@ -81,7 +88,7 @@ class Search:
 
     @cached_property
     def depth(self) -> DepthMap:
-        return depth_map(self.full, self.device)
+        return tiles.finish(depth_map(self.seen, self.device))
 
     @cached_property
     def local(self) -> tuple[np.ndarray, np.ndarray]:
@@ -137,7 +144,7 @@ class Found:
     @property
     def first_hit(self) -> np.ndarray:
         """Where each point's first ray hit the screen: (n, 3) float32, x, y and depth [m], −1 for a miss or a scan."""
-        full, n, rays = self.search.full, len(self.search.points), self.search.rays
+        full, n, rays = self.search.full, len(self.search.places), self.search.rays
         hit = np.full(n, -1) if self.hit is None else self.search.device.numpy(self.hit)[::rays]
         row, column = np.divmod(hit, full.screen.shape[1])
         at = np.stack([column, row, full.depth.ravel()[hit]], -1)
@@ -166,7 +173,7 @@ class Found:
             )  # fmt: skip
             return device.run(scan_light, *found, rest, level, rays)
 
-        light, missed = yield from device.each(look, len(search.points), max(1, _RAYS // rays))
+        light, missed = yield from device.each(look, len(search.places), max(1, _RAYS // rays))
         return device.run(spread, light, search.row), missed
 
 
@@ -196,7 +203,7 @@ def _marched(search: Search, valid: np.ndarray | None, number: int) -> Iterator[
             full.face, depth, points, full.screen, settings.seed, back, steps, mixed,
         )  # fmt: skip
 
-    return (yield from device.each(tile, len(search.points), max(1, _RAYS // search.rays)))
+    return (yield from device.each(tile, len(search.places), max(1, _RAYS // search.rays)))
 
 
 def _elsewhere(search: Search, hit: np.ndarray | None, number: int) -> Iterator[float]:

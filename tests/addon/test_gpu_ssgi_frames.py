@@ -13,6 +13,7 @@ from gi_bake.addon.read import read_scene
 from gi_bake.gi_core import metrics, ssgi, tiles
 from gi_bake.gi_core.device import NUMPY, GpuArray
 from gi_bake.gi_core.geometry import Geometry
+from gi_bake.gi_core.kernels.pixel_planes import pixel_planes
 from gi_bake.gi_core.kernels.screen_trace import screen_trace
 from gi_bake.gi_core.ssgi import pipeline
 from gi_bake.gi_core.ssgi.frame import direct_light, g_buffer
@@ -96,6 +97,18 @@ def test_rays_of_a_sample_scene_meet_the_same_pixels(gpu, scene):
             )))  # fmt: skip
     assert (found[1] == found[0]).mean() > 0.9995 and (found[3] == found[2]).mean() > 0.9995
     assert 0.1 < (found[1] >= 0).mean() < 0.9 and (found[0] >= 0).mean() > 1.1 * (found[2] >= 0).mean()
+
+
+@pytest.mark.parametrize("kind", ["PERSPECTIVE", "ORTHOGRAPHIC"])
+@pytest.mark.parametrize("n", [0, 1, 93 * 51])
+def test_planes_of_a_sample_scene(same, scene, kind, n):
+    geometry, camera = scene
+    if kind == "ORTHOGRAPHIC":
+        camera = replace(camera, kind=kind, window=tuple(4 * side for side in camera.window))
+    full = tiles.finish(g_buffer(Tracer(geometry), Screen(camera)))
+    assert 0.3 < full.surface.mean()
+    images = full.depth.reshape(-1), full.position.reshape(-1, 3), full.face.reshape(-1, 3)
+    same(pixel_planes, *(image[:n] for image in images), full.screen)
 
 
 def test_nothing_comes_back_between_passes(gpu, scene, monkeypatch):
