@@ -55,9 +55,9 @@ class NumpyDevice:
         """A kernel's result for its arguments."""
         return kernel(*arguments, **settings)
 
-    def each(self, function: Callable[[slice], object], n: int, size: int) -> Iterator[float]:
+    def each(self, function: Callable[[slice], object], n: int, size: int, axis: int = 0) -> Iterator[float]:
         """function(part) for range(n), by `size` items or fewer at once on all cores. A generator of progress; returns
-        its results one after the other: an array, or a tuple where it returns one."""
+        its results one after the other along an axis: an array, or a tuple where it returns one."""
         found = {}
 
         def tile(part: slice):
@@ -67,8 +67,8 @@ class NumpyDevice:
         yield from tiles.run(tile, parts)
         results = [found[part.start] for part in parts]
         if isinstance(results[0], tuple):
-            return tuple(np.concatenate(one) for one in zip(*results))
-        return np.concatenate(results)
+            return tuple(np.concatenate(one, axis) for one in zip(*results))
+        return np.concatenate(results, axis)
 
 
 NUMPY = NumpyDevice()
@@ -178,7 +178,7 @@ class GpuDevice:
         module = __import__(kernel.__module__, fromlist=["_"])
         return getattr(module, f"{kernel.__name__}_on_gpu")(self, *arguments, **settings)
 
-    def each(self, function: Callable[[slice], object], n: int, size: int) -> Iterator[float]:
+    def each(self, function: Callable[[slice], object], n: int, size: int, axis: int = 0) -> Iterator[float]:
         """function(range(n)) in one go: what it dispatches is cut by itself. A generator of progress."""
         result = function(slice(0, n))
         yield from self._done()
