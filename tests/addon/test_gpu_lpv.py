@@ -12,6 +12,8 @@ from gi_bake.gi_core import metrics, tiles
 from gi_bake.gi_core.device import NUMPY
 from gi_bake.gi_core.kernels.added import added
 from gi_bake.gi_core.kernels.lpv_propagate import layer_sums, step
+from gi_bake.gi_core.kernels.lpv_received import received
+from gi_bake.gi_core.kernels.lpv_trilinear import trilinear
 from gi_bake.gi_core.lpv import flat
 from gi_bake.gi_core.lpv.settings import LpvSettings
 
@@ -38,6 +40,26 @@ def test_what_layers_hold(same, grid):
     # The order of summation differs.
     same(layer_sums, random(4, *grid, 3), tolerance=1e-3)
     same(added, random(4, *grid, 3), random(4, *grid, 3, seed=1))
+
+
+@pytest.mark.parametrize("grid", GRIDS)
+@pytest.mark.parametrize("n", [0, 1, 64, 1000])
+@pytest.mark.parametrize("bands", [4, 9])
+def test_the_look_up(same, grid, n, bands):
+    values, local = random(np.prod(grid), bands, 3), random(n, 3, seed=1) * np.float32([g + 2 for g in grid]) - 1
+    share = random(n, seed=2) * (random(n, seed=3) > 0.3)
+    same(trilinear, values, local, grid, share)
+    same(trilinear, values, local, grid, share, random(n, bands, 3, seed=4))
+
+
+@pytest.mark.parametrize("n", [0, 1, 64, 1000])
+@pytest.mark.parametrize("bands", [4, 9])
+def test_what_surfaces_get_of_it(same, n, bands):
+    normal = random(n, 3) * 2 - 1
+    normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
+    found, ahead = random(n, bands, 3, seed=1) - np.float32(0.3), random(n, bands, 3, seed=2)
+    same(received, found, normal, random(n))
+    same(received, found, normal, random(n), ahead, 1.7)
 
 
 def test_all_iterations_stay_on_the_device(gpu, monkeypatch):
