@@ -32,10 +32,12 @@ def propagated(
     found = []
     surfaces = blockers(geometry, grids[0].cell) if settings.geometry_volume else None
     for grid in grids:
-        start = dense(vpls, grid, settings.injection_bias, settings.injection == "literal")
+        start = dense(vpls, grid, settings.injection_bias, settings.injection == "literal", device)
         blocked, albedo = None, None
         if surfaces:
-            blocked, albedo = geometry_volume(surfaces, grid, settings.geometry_bias, settings.occlusion_amplifier)
+            blocked, albedo = geometry_volume(
+                surfaces, grid, settings.geometry_bias, settings.occlusion_amplifier, device
+            )
             # Surfaces that send nothing back need no colour.
             albedo = albedo * np.float32(settings.secondary_bounce) if settings.secondary_bounce else None
         total = yield from spread(sh.affine(start), settings, blocked, albedo, device)

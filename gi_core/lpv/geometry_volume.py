@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..device import NUMPY, Device
 from ..emitters import strewn
 from ..geometry import Geometry
 from ..kernels.lpv_inject import summed
@@ -47,7 +48,7 @@ def blockers(geometry: Geometry, cell: float) -> Blockers:
     )  # fmt: skip
 
 
-def geometry_volume(surfaces: Blockers, grid: Grid, bias: float = 0.0, amplifier: float = 1.0):
+def geometry_volume(surfaces: Blockers, grid: Grid, bias: float = 0.0, amplifier: float = 1.0, device: Device = NUMPY):
     """Shares of light that surfaces stop on its way from each cell to the next along an axis, and the surfaces' albedo.
 
     bias: cells that surfaces are moved along their normals; amplifier: factor on their area.
@@ -59,7 +60,7 @@ def geometry_volume(surfaces: Blockers, grid: Grid, bias: float = 0.0, amplifier
     inside = np.flatnonzero(corners.inside(cell))
     part = (surfaces.area[inside] / np.float32(grid.cell**2))[:, None]
     values = np.concatenate([np.abs(surfaces.normal[inside]) * part, surfaces.albedo[inside] * part, part], -1)
-    held = summed(corners.flat(cell[inside]), values, corners.size).reshape(*shape, 7)
+    held = device.numpy(device.run(summed, corners.flat(cell[inside]), values, corners.size)).reshape(*shape, 7)
     area = held[..., :3]
     color = held[..., 3:6] / np.maximum(held[..., 6:], 1e-20)
     blocked = [_between(area[..., k], k) for k in range(3)]

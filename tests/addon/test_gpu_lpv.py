@@ -11,6 +11,7 @@ from gi_bake.addon.bake import Job, bake
 from gi_bake.gi_core import metrics, tiles
 from gi_bake.gi_core.device import NUMPY
 from gi_bake.gi_core.kernels.added import added
+from gi_bake.gi_core.kernels.lpv_inject import coefficients, summed
 from gi_bake.gi_core.kernels.lpv_propagate import layer_sums, step
 from gi_bake.gi_core.kernels.lpv_received import received
 from gi_bake.gi_core.kernels.lpv_trilinear import trilinear
@@ -23,6 +24,23 @@ FLAT = LpvSettings(propagation="flat", light="indirect", map_resolution=64, cell
 
 def random(*shape, seed=0):
     return np.random.default_rng(seed).random(shape, np.float32)
+
+
+def units(n, seed=0):
+    v = np.random.default_rng(seed).normal(0, 1, (n, 3)).astype(np.float32)
+    return v / np.linalg.norm(v, axis=-1, keepdims=True)
+
+
+@pytest.mark.parametrize("n", [0, 1, 64, 1000])
+def test_injection(same, n):
+    flux, normal, towards = random(n, 3), units(n), random(n, 3, seed=1) - np.float32(0.5)
+    towards[::7] = 0
+    same(coefficients, flux, normal)
+    same(coefficients, flux, normal, towards)
+    cell = np.random.default_rng(n).integers(0, 70, n)
+    for columns in ((4, 3), (7,), ()):
+        # The order of summation differs.
+        same(summed, cell, random(n, *columns), 75, tolerance=1e-3)
 
 
 @pytest.mark.parametrize("grid", GRIDS)
