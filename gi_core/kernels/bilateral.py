@@ -13,7 +13,7 @@ _SPLINE = np.array([1, 4, 6, 4, 1], np.float32) / 16
 # Normals: dot¹⁶ is ½ at 17°.
 _NORMAL_SQUARINGS = 4
 # Pixels that an invocation of the shader works out.
-_BLOCK = 4
+_BLOCK = 6
 
 
 def bilateral(value, position, normal, footprint, step: int, walls=None, rows: slice = slice(None)) -> np.ndarray:
@@ -74,7 +74,7 @@ def bilateral_on_gpu(gpu, value, position, normal, footprint, step: int, walls=N
     gpu.dispatch(
         "bilateral", bands * w, inputs if walls is None else {**inputs, "walls": (walls, 2)}, {"result": result},
         integers={"width": w, "height": h, "step_": step},
-        defines={"COLORS": c // channels, "WALLS": int(walls is not None), "BLOCK": _BLOCK},
+        defines={"COLORS": c // channels, "WALLS": int(walls is not None)},
         steps=25 * _BLOCK,
     )  # fmt: skip
     return result

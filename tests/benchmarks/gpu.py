@@ -4,7 +4,8 @@
 
     python tests/benchmarks/gpu.py [--scene pan] [--size 960x540] [--pairs 3] [--only TEXT] [--json FILE]
 
-Both are timed in turn, as many pairs as asked for; the ratio is the pairs' median, seconds are the least. Images lie
+Both are timed in turn, as many pairs as asked for; ratios are the pairs' median, seconds are the least. Of a driver that
+computes on the processor the ratio of processor time is told too, which says more where others use the machine. Images lie
 where they are worked on before a kernel starts; a frame starts from the G-buffer in memory and ends with the result
 there. What is moved is what a kernel's arrays hold, each once. The ceiling is that of texels read, where their number
 is known, else that of memory; both are measured here, by shaders that do nothing else.
@@ -26,8 +27,13 @@ from gi_bake.gi_core import filter as smoothing
 from gi_bake.gi_core import tiles
 from gi_bake.gi_core.device import NUMPY, Device, GpuDevice
 from gi_bake.gi_core.geometry import Geometry
+from gi_bake.gi_core.kernels.bilateral import bilateral
 from gi_bake.gi_core.kernels.depth_pyramid import depth_pyramid
+from gi_bake.gi_core.kernels.lpv_inject import coefficients, summed
+from gi_bake.gi_core.kernels.lpv_trilinear import trilinear
 from gi_bake.gi_core.kernels.reproject import reproject
+from gi_bake.gi_core.lpv import flat
+from gi_bake.gi_core.lpv.settings import LpvSettings
 from gi_bake.gi_core.ssgi import pipeline
 from gi_bake.gi_core.ssgi.frame import before, depth_map, direct_light, g_buffer
 from gi_bake.gi_core.ssgi.screen import Screen
@@ -157,10 +163,63 @@ def smooth(geometry: Geometry, camera) -> dict[str, Case]:
     full = tiles.finish(g_buffer(Tracer(geometry), Screen(camera)))
     value = np.random.default_rng(0).random(full.position.shape, np.float32)
 
+    footprint = smoothing.pixel_footprint(full.position, full.normal)
+    h, w = full.depth.shape
+
+    def one(device):
+        images = zip((value, full.position, full.normal, footprint), (3, 3, 3, 1))
+        images = [device.array(*image) for image in images]
+
+        def tile(rows: slice):
+            return device.run(bilateral, *images, 2, None, rows)
+
+        return lambda: device.each(tile, h, max(8, (1 << 15) // w))
+
     def three(device):
         return lambda: smoothing.smooth(value, full.position, full.normal, 3, None, device)
 
-    return {"bilateral, 3 passes": Case(three, 3 * 25 * 4 * full.depth.size)}
+    # Each invocation reads ten rows of five taps for six pixels.
+    reads = 50 / 6 * 3 * full.depth.size
+    return {
+        "bilateral, a pass": Case(one, reads),
+        "bilateral filter, 3 passes, there and back": Case(three, 3 * reads),
+    }
+
+
+def volume() -> dict[str, Case]:
+    """Light propagation volumes: 64³ cells, and 32³, whose look-up is by a million points."""
+    rng = np.random.default_rng(0)
+
+    def steps(cells: int):
+        front = rng.random((4, cells, cells, cells, 3), np.float32)
+        walls = rng.random((3, cells, cells, cells), np.float32)
+        settings = LpvSettings(propagation="flat", iterations=8)
+        return lambda device: lambda: flat.spread(front, settings, walls, None, device)
+
+    def look(device):
+        shape = (32, 32, 32)
+        values = device.array(rng.random((32**3, 4, 3), np.float32), 3)
+        local, share = device.array(rng.random((ITEMS, 3), np.float32) * 32, 3), device.array(np.ones(ITEMS), 1)
+
+        def tile(part: slice):
+            return device.run(trilinear, values, local[part], shape, share[part])
+
+        return lambda: device.each(tile, ITEMS, 1 << 13)
+
+    def inject(device):
+        cell, light = rng.integers(0, 32**3, 1 << 18), device.array(rng.random((1 << 18, 3), np.float32), 3)
+
+        def all_(_):
+            return device.run(summed, cell, device.run(coefficients, light, light), 32**3)
+
+        return lambda: device.each(all_, 1, 1)
+
+    return {
+        "LPV, 8 steps, 32³": Case(steps(32), 8 * 6 * 5 * 32**3),
+        "LPV, 8 steps, 64³": Case(steps(64), 8 * 6 * 5 * 64**3),
+        "LPV look-up": Case(look, 34 * ITEMS),
+        "LPV injection": Case(inject),
+    }
 
 
 def ceilings(gpu: GpuDevice) -> dict[str, float]:
@@ -188,7 +247,7 @@ def ceilings(gpu: GpuDevice) -> dict[str, float]:
 def timed(case: Case, gpu: GpuDevice, pairs: int, most: dict[str, float]) -> dict:
     """Both devices in turn."""
     works = {device: case.on(device) for device in (NUMPY, gpu)}
-    seconds = {device: [] for device in works}
+    seconds, processor = ({device: [] for device in works} for _ in range(2))
     moved, dispatch = 0, gpu.dispatch
 
     def counted(source, n, inputs, outputs, *more, **settings):
@@ -202,15 +261,17 @@ def timed(case: Case, gpu: GpuDevice, pairs: int, most: dict[str, float]) -> dic
     del gpu.dispatch
     for _ in range(pairs):
         for device, work in works.items():
-            begin = time.perf_counter()
+            begin, busy = time.perf_counter(), time.process_time()
             tiles.finish(work())
             seconds[device].append(time.perf_counter() - begin)
+            processor[device].append(time.process_time() - busy)
     least = {device: min(all_) for device, all_ in seconds.items()}
     rate = (case.reads / most["texels read"] if case.reads else moved / most["memory"]) / least[gpu]
     return {
         "numpy": least[NUMPY], "gpu": least[gpu], "moved": moved, "ceiling": rate,
         "of": "reads" if case.reads else "memory",
         "ratio": statistics.median(a / b for a, b in zip(seconds[NUMPY], seconds[gpu])),
+        "processor": statistics.median(a / b for a, b in zip(processor[NUMPY], processor[gpu])),
     }  # fmt: skip
 
 
@@ -232,17 +293,19 @@ def main():
     if why_not:
         raise SystemExit(why_not)
     geometry, camera = Geometry(core), replace(core.camera, resolution=tuple(int(n) for n in a.size.split("x")))
-    rows = {**on_screen(geometry, camera), **smooth(geometry, camera)}
+    rows = {**on_screen(geometry, camera), **smooth(geometry, camera), **volume()}
     most = ceilings(gpu)
     report = {"device": gpu.name, "cores": os.cpu_count(), "scene": a.scene, "size": a.size, "ceilings": most}
     report["kernels"] = {name: timed(case, gpu, a.pairs, most) for name, case in rows.items() if a.only in name}
     lines = [
         f"{gpu.name}, {os.cpu_count()} cores, {a.scene} {a.size}: {most['texels read'] / 1e6:.0f} M texels read, "
         f"{most['memory'] / 1e9:.1f} GB moved, {most['operations'] / 1e9:.1f} G operations in a second", "",
-        "| kernel | numpy [s] | GPU [s] | ratio | moved [MB] | of the ceiling |", "|---|---|---|---|---|---|",
+        "| kernel | numpy [s] | GPU [s] | ratio | of processor time | moved [MB] | of the ceiling |",
+        "|---|---|---|---|---|---|---|",
     ]  # fmt: skip
     for name, r in report["kernels"].items():
-        lines.append(f"| {name} | {r['numpy']:.3f} | {r['gpu']:.3f} | {r['ratio']:.1f} | {r['moved'] / 1e6:.0f} | "
+        lines.append(f"| {name} | {r['numpy']:.3f} | {r['gpu']:.3f} | {r['ratio']:.1f} | "
+                     f"{f'{r["processor"]:.1f}' if gpu.software else '–'} | {r['moved'] / 1e6:.0f} | "
                      f"{r['ceiling']:.0%} of {r['of']} |")  # fmt: skip
     if a.json:
         a.json.write_text(json.dumps(report, indent=1))
