@@ -43,7 +43,7 @@ class NumpyDevice:
 
     name, software = "cpu", True
 
-    def array(self, values: np.ndarray, channels: int) -> np.ndarray:
+    def array(self, values: np.ndarray, channels: int, nowhere: float | None = None) -> np.ndarray:
         """Values where kernels run; see `GpuDevice.array`."""
         return values
 
@@ -55,9 +55,9 @@ class NumpyDevice:
         """A kernel's result for its arguments."""
         return kernel(*arguments, **settings)
 
-    def each(self, function: Callable[[slice], object], n: int, size: int) -> Iterator[float]:
+    def each(self, function: Callable[[slice], object], n: int, size: int, axis: int = 0) -> Iterator[float]:
         """function(part) for range(n), by `size` items or fewer at once on all cores. A generator of progress; returns
-        its results one after the other: an array, or a tuple where it returns one."""
+        its results one after the other along an axis: an array, or a tuple where it returns one."""
         found = {}
 
         def tile(part: slice):
@@ -67,8 +67,8 @@ class NumpyDevice:
         yield from tiles.run(tile, parts)
         results = [found[part.start] for part in parts]
         if isinstance(results[0], tuple):
-            return tuple(np.concatenate(one) for one in zip(*results))
-        return np.concatenate(results)
+            return tuple(np.concatenate(one, axis) for one in zip(*results))
+        return np.concatenate(results, axis)
 
 
 NUMPY = NumpyDevice()
@@ -76,13 +76,15 @@ NUMPY = NumpyDevice()
 
 @dataclass(frozen=True)
 class GpuArray:
-    """An array on the graphics card. channels: numbers in a texel; shape, kind: of what numpy makes of it."""
+    """An array on the graphics card. channels: numbers in a texel; shape, kind: of what numpy makes of it; whole: whose
+    texture it shares."""
 
     texture: object
     shape: tuple[int, ...]
     channels: int
     kind: np.dtype
     pool: list
+    whole: "GpuArray | None" = None
 
     def __len__(self) -> int:
         return self.shape[0]
@@ -94,6 +96,13 @@ class GpuArray:
 
     def __del__(self):
         self.pool.append(self.texture)
+
+    def reshape(self, *shape: int) -> "GpuArray":
+        """The same numbers in another shape, of which one side may be −1."""
+        known = -int(np.prod(shape, dtype=np.int64))
+        size = int(np.prod(self.shape, dtype=np.int64))
+        shape = tuple(size // max(known, 1) if n < 0 else n for n in shape)
+        return GpuArray(self.texture, shape, self.channels, self.kind, [], self)
 
     @property
     def items(self) -> int:
@@ -128,13 +137,18 @@ class GpuDevice:
         self.moved = 0
         self._fence = gpu.types.GPUTexture((1, 1), format="R32F")
 
-    def array(self, values: np.ndarray | GpuArray, channels: int) -> GpuArray:
-        """Values on the card, in items of so many channels, 1 to 4, that lie together on the last axes."""
+    def array(self, values: np.ndarray | GpuArray, channels: int, nowhere: float | None = None) -> GpuArray:
+        """Values on the card, in items of so many channels, 1 to 4, that lie together on the last axes.
+
+        nowhere: what stands for NaN there, which shaders need not know.
+        """
         if isinstance(values, GpuArray):
             if values.channels != channels:
                 raise ValueError(f"an array of {values.channels} channels is asked for as one of {channels}")
             return values
         values = np.asarray(values)
+        if nowhere is not None:
+            values = np.nan_to_num(values, nan=nowhere, posinf=np.inf, neginf=-np.inf)
         kind = np.dtype(np.float32) if values.dtype.kind == "f" else values.dtype
         stored = 4 if channels == 3 else channels
         items = values.size // channels
@@ -164,7 +178,7 @@ class GpuDevice:
         module = __import__(kernel.__module__, fromlist=["_"])
         return getattr(module, f"{kernel.__name__}_on_gpu")(self, *arguments, **settings)
 
-    def each(self, function: Callable[[slice], object], n: int, size: int) -> Iterator[float]:
+    def each(self, function: Callable[[slice], object], n: int, size: int, axis: int = 0) -> Iterator[float]:
         """function(range(n)) in one go: what it dispatches is cut by itself. A generator of progress."""
         result = function(slice(0, n))
         yield from self._done()

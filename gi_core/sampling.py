@@ -29,6 +29,11 @@ def hash01(index, seed: int = 0) -> np.ndarray:
     return (x >> np.uint32(8)).astype(np.float32) * np.float32(2**-24)
 
 
+def signed(seed: int) -> int:
+    """A seed's lowest 32 bits as the signed number that shaders take: `hash01` depends on no others."""
+    return (seed + 2**31) % 2**32 - 2**31
+
+
 @dataclass(frozen=True)
 class Samples:
     """A point's samples that one pass of a bake takes: `count` of them, from the `first` on.

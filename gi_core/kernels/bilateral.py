@@ -12,6 +12,8 @@ import numpy as np
 _SPLINE = np.array([1, 4, 6, 4, 1], np.float32) / 16
 # Normals: dot¹⁶ is ½ at 17°.
 _NORMAL_SQUARINGS = 4
+# Pixels that an invocation of the shader works out.
+_BLOCK = 6
 
 
 def bilateral(value, position, normal, footprint, step: int, walls=None, rows: slice = slice(None)) -> np.ndarray:
@@ -65,10 +67,14 @@ def bilateral_on_gpu(gpu, value, position, normal, footprint, step: int, walls=N
     h, w, c = value.shape
     channels = next(n for n in (4, 3, 2, 1) if c % n == 0)
     result = gpu.empty(value.shape, channels)
-    inputs = {"value": (value, channels), "position": (position, 3), "normal": (normal, 3), "footprint": (footprint, 1)}
+    facing = gpu.empty((h, w, 4), 4)
+    gpu.dispatch("facing", h * w, {"normal": (normal, 3), "footprint": (footprint, 1)}, {"facing": facing})
+    inputs = {"value": (value, channels), "position": (position, 3), "facing": (facing, 4)}
+    bands = -(-h // (_BLOCK * step)) * step
     gpu.dispatch(
-        "bilateral", h * w, inputs if walls is None else {**inputs, "walls": (walls, 2)}, {"result": result},
+        "bilateral", bands * w, inputs if walls is None else {**inputs, "walls": (walls, 2)}, {"result": result},
         integers={"width": w, "height": h, "step_": step},
-        defines={"COLORS": c // channels, "WALLS": int(walls is not None)}, steps=25,
+        defines={"COLORS": c // channels, "WALLS": int(walls is not None)},
+        steps=25 * _BLOCK,
     )  # fmt: skip
     return result

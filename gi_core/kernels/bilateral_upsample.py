@@ -15,16 +15,19 @@ _LEAST = np.float32(1e-4)
 def bilateral_upsample(at, depth, position, normal, value, coarse_depth, coarse_position, coarse_normal, far, scale):
     """Values at points, from the four pixels around each.
 
-    at: (n, 2) float32, in pixels of the image, centres at whole numbers. depth: (n,), position, normal: (n, 3) float32.
+    at: (n, 2) float32, in pixels of the image, centres at whole numbers; NaN for off it. depth: (n,), position,
+    normal: (n, 3) float32.
     value: (h, w, c), coarse_depth: (h, w), inf where no surface is, coarse_position, coarse_normal: (h, w, 3) float32.
     far, scale: of `surface_weight`.
     Returns (n, c) float32, and (n,) float32, how surely a neighbour shows the very place: in the neighbour's plane, on
-    the same side of it, whatever the point's normal is else (that of a vertex is none of its faces'); 0…1.
+    the same side of it, whatever the point's normal is else (that of a vertex is none of its faces'); 0…1. Both are 0
+    off the image.
     """
     h, w, c = value.shape
     value, coarse_depth = value.reshape(-1, c), coarse_depth.ravel()
     coarse_position, coarse_normal = coarse_position.reshape(-1, 3), coarse_normal.reshape(-1, 3)
-    at = np.clip(at, 0, (w - 1, h - 1))
+    on = np.isfinite(at).all(-1)
+    at = np.clip(np.where(on[:, None], at, 0), 0, (w - 1, h - 1))
     low = np.minimum(np.floor(at), (max(w - 2, 0), max(h - 2, 0)))
     u, v = (at - low).T.astype(np.float32)
     total, weights, shown = np.zeros((len(at), c), np.float32), *np.zeros((2, len(at)), np.float32)
@@ -33,7 +36,7 @@ def bilateral_upsample(at, depth, position, normal, value, coarse_depth, coarse_
             row, column = np.minimum(low[:, 1] + j, h - 1), np.minimum(low[:, 0] + i, w - 1)
             tap = (row * w + column).astype(np.int32)
             there = coarse_depth[tap]
-            surface = np.isfinite(there)
+            surface = np.isfinite(there) & on
             there = np.where(surface, there, 0)
             like = surface_weight(
                 depth / far, position, normal, there / far, coarse_position[tap], coarse_normal[tap], scale
@@ -45,3 +48,19 @@ def bilateral_upsample(at, depth, position, normal, value, coarse_depth, coarse_
             same = surface & (a * b > 0) & (dot(normal, coarse_normal[tap]) > 0)
             shown = np.maximum(shown, same * plane_weight(dq, np.abs(dot(dq, coarse_normal[tap])), scale))
     return total / np.maximum(weights, np.float32(1e-20))[:, None], shown
+
+
+def bilateral_upsample_on_gpu(
+    gpu, at, depth, position, normal, value, coarse_depth, coarse_position, coarse_normal, far, scale
+):
+    (h, w, c), n = value.shape, len(at)
+    result, shown = gpu.empty((n, c), c), gpu.empty((n,), 1)
+    inputs = {"at": (gpu.array(at, 2, nowhere=-1e30), 2), "depth": (depth, 1), "position": (position, 3),
+              "normal": (normal, 3), "value": (value, c), "coarse_depth": (coarse_depth, 1),
+              "coarse_position": (coarse_position, 3), "coarse_normal": (coarse_normal, 3),
+              "scale": (np.full(n, scale) if np.isscalar(scale) else scale, 1)}  # fmt: skip
+    gpu.dispatch(
+        "bilateral_upsample", n, inputs, {"result": result, "shown": shown}, integers={"width": w, "height": h},
+        floats={"far_": far}, with_sources=("surface_weight",), steps=4,
+    )  # fmt: skip
+    return result, shown

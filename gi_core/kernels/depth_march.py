@@ -13,6 +13,8 @@ catch rays that leave a slanted surface at a low angle. Rays towards the eye cli
 they only move away from what a texel holds. A ray that comes out of a surface's back never counts as a hit.
 """
 
+import math
+
 import numpy as np
 
 # How far into the next cell a position on an edge is moved [pixels].
@@ -89,6 +91,26 @@ def depth_march(origin, direction, depth, slope, pyramid, table, near: float, ba
         state[11] = np.clip(mip + np.where(enters | under, np.int32(-1), np.int32(1)), 0, top)
         state[12] = fine & under
     return hit, hidden
+
+
+def depth_march_on_gpu(gpu, origin, direction, depth, slope, pyramid, table, near: float, back: float, steps: int):
+    n, (h, w) = len(origin), depth.shape
+    hit, hidden = gpu.empty((n,), 1, np.int32), gpu.empty((n,), 1, bool)
+    inputs = {"origin": (origin, 3), "direction": (direction, 3), **march_inputs(gpu, depth, slope, pyramid)}
+    gpu.dispatch(
+        "depth_march", n, inputs, {"hit": hit, "hidden": hidden},
+        integers={"width": w, "height": h, "steps": steps, "top": len(table) - 1}, floats={"near_": near, "back": back},
+        with_sources=("march",), steps=steps,
+    )  # fmt: skip
+    return hit, hidden
+
+
+def march_inputs(gpu, depth, slope, pyramid) -> dict:
+    """What march.glsl reads."""
+    cells = gpu.empty((len(pyramid), 3), 3)
+    inputs = {"march_depth": (depth, 1), "march_slope": (slope, 2), "pyramid": (pyramid, 1)}
+    gpu.dispatch("march_cells", len(pyramid), inputs, {"cells": cells}, integers={"size": math.prod(depth.shape)})
+    return {"cells": (cells, 3)}
 
 
 NO_END = np.float32(1e30)

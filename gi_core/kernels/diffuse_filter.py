@@ -10,21 +10,23 @@ its radius of 0.6 m, here it is R/6.
 
 import numpy as np
 
-from ..sampling import frame
+from ..sampling import frame, hash01, signed
 from .surface_weight import surface_weight
 
 _SIGMA, _DEPTH = np.float32(0.9), np.float32(1 / 6)
 
 
 def diffuse_filter(
-    pixels, value, depth, position, normal, radius, taps, matrix, far: float, scale, literal: bool = False
-):
+    pixels, value, depth, position, normal, radius, taps, matrix, far: float, scale, literal: bool = False,
+    seed: int | None = None,
+):  # fmt: skip
     """Values averaged along the surface.
 
     pixels: (n,) int, which pixels. value: (h, w, c) float32. depth: (h, w) float32 along the view axis, inf where no
         surface is. position, normal: (h, w, 3) float32. radius: (n,) float32, R [m]. taps: (n, k, 2) float32 points in
-        the unit disk. matrix: (4, 4), world to x · w, y · w, depth and w, x and y in pixels whose centres are whole
-        numbers. far: depth that counts as 1. scale, literal: of `surface_weight`.
+        the unit disk, or (k, 2) for all. matrix: (4, 4), world to x · w, y · w, depth and w, x and y in pixels whose
+        centres are whole numbers. far: depth that counts as 1. scale, literal: of `surface_weight`. seed: of an angle
+        that each pixel turns its taps by; None for none.
     Returns (n, c) float32, zero on background.
     """
     h, w, c = value.shape
@@ -35,8 +37,12 @@ def diffuse_filter(
     z = np.where(surface, z, 0)
     tangent, bitangent = frame(up)
     total, weights = value[pixels].astype(np.float32), np.ones(len(pixels), np.float32)
-    for k in range(taps.shape[1]):
-        x, y = taps[:, k, 0], taps[:, k, 1]
+    turn = 0 if seed is None else np.float32(2 * np.pi) * hash01(pixels, seed)
+    cosine, sine = np.cos(turn), np.sin(turn)
+    for k in range(taps.shape[-2]):
+        x, y = taps[..., k, 0], taps[..., k, 1]
+        count = np.exp(-(x * x + y * y) / _SIGMA**2)
+        x, y = cosine * x - sine * y, sine * x + cosine * y
         point = here + (radius * x)[:, None] * tangent + (radius * y)[:, None] * bitangent
         at = projected(point, matrix)
         inside = (at[:, 2] > 0) & (at[:, 0] > -0.5) & (at[:, 0] < w - 0.5) & (at[:, 1] > -0.5) & (at[:, 1] < h - 0.5)
@@ -45,11 +51,32 @@ def diffuse_filter(
         there = depth[tap]
         kept = inside & surface & np.isfinite(there) & (np.abs(there - at[:, 2]) <= radius * _DEPTH)
         there = np.where(kept, there, 0)
-        weight = np.exp(-(x * x + y * y) / _SIGMA**2) * kept
-        weight = weight * surface_weight(z / far, here, up, there / far, position[tap], normal[tap], scale, literal)
+        weight = surface_weight(z / far, here, up, there / far, position[tap], normal[tap], scale, literal)
+        weight = weight * count * kept
         total += weight[:, None] * value[tap]
         weights += weight
     return (total / weights[:, None] * surface[:, None]).astype(np.float32)
+
+
+def diffuse_filter_on_gpu(
+    gpu, pixels, value, depth, position, normal, radius, taps, matrix, far: float, scale, literal: bool = False,
+    seed: int | None = None,
+):  # fmt: skip
+    (h, w, c), n = value.shape, len(pixels)
+    result = gpu.empty((n, c), c)
+    # With what each counts by where it is.
+    taps = np.concatenate([taps, np.exp(-(taps * taps).sum(-1, keepdims=True) / _SIGMA**2)], -1)
+    inputs = {"pixels": (pixels, 1), "value": (value, c), "depth": (depth, 1), "position": (position, 3),
+              "normal": (normal, 3), "radius": (radius, 1), "taps": (taps, 3), "matrix": (matrix, 4),
+              "scale": (np.full(n, scale) if np.isscalar(scale) else scale, 1)}  # fmt: skip
+    gpu.dispatch(
+        "diffuse_filter", n, inputs, {"result": result},
+        integers={"width": w, "height": h, "count": taps.shape[-2], "literal": literal, "turned": seed is not None,
+                  "seed": signed(seed or 0)},
+        floats={"far_": far}, defines={"SHARED": int(len(taps.shape) == 2)},
+        with_sources=("angles", "sampling", "surface_weight"), steps=taps.shape[-2],
+    )  # fmt: skip
+    return result
 
 
 def projected(points, matrix):

@@ -35,14 +35,15 @@ _STRETCH = np.float32(1.5)
 def horizon_scan(pixels, position, normal, color, u, pixel, parallel: bool, thickness: float, steps: int, span: float):
     """Light that pixels get from what the image shows, over one slice each.
 
-    pixels: (n,) int32, which ones. position, normal: (h, w, 3) float32 in camera space, x to the right, y up, z ahead;
-        a normal of zero where no surface is. color: (h, w, c) float32 radiance. u: (n, 3) float32 in [0, 1): the
-        slice's turn, the first step, the rounding. pixel: pixels in a unit along x and along y, on the plane z = 1 in
-        perspective. parallel: the projection. thickness: of what is seen, as a share of its distance. steps: on either
-        side. span: the longest way [pixels].
-    Returns (n, c) float32, mean radiance E/π, and (n,) float32, the share of it from where the image shows nothing.
+    pixels: (n,) int32, which ones, of each as many slices as u has rows for it. position, normal: (h, w, 3) float32 in
+        camera space, x to the right, y up, z ahead; a normal of zero where no surface is. color: (h, w, c) float32
+        radiance. u: (m, 3) float32 in [0, 1): the slice's turn, the first step, the rounding. pixel: pixels in a unit
+        along x and along y, on the plane z = 1 in perspective. parallel: the projection. thickness: of what is seen, as
+        a share of its distance. steps: on either side. span: the longest way [pixels].
+    Returns (m, c) float32, mean radiance E/π, and (m,) float32, the share of it from where the image shows nothing.
     """
     h, w, c = color.shape
+    pixels = np.repeat(pixels, len(u) // max(1, len(pixels)))
     position, normal, color = position.reshape(-1, 3), normal.reshape(-1, 3), color.reshape(-1, c)
     away = np.broadcast_to(np.array([0, 0, 1], np.float32), position.shape) * position[:, 2:] if parallel else position
     here, up = position[pixels], normal[pixels]
@@ -97,6 +98,21 @@ def horizon_scan(pixels, position, normal, color, u, pixel, parallel: bool, thic
             lit += share
     scale = projected * whole / SECTORS * up.any(-1)
     return arrived * scale[:, None], ((SECTORS - lit) * scale).astype(np.float32)
+
+
+def horizon_scan_on_gpu(
+    gpu, pixels, position, normal, color, u, pixel, parallel: bool, thickness: float, steps: int, span: float
+):
+    (h, w, c), n = color.shape, len(u)
+    arrived, open_share = gpu.empty((n, c), c), gpu.empty((n,), 1)
+    inputs = {"pixels": (pixels, 1), "position": (position, 3), "normal": (normal, 3), "color": (color, c), "u": (u, 3)}
+    gpu.dispatch(
+        "horizon_scan", n, inputs, {"arrived": arrived, "open_share": open_share},
+        integers={"width": w, "height": h, "parallel": parallel, "steps": steps},
+        floats={"unit_x": pixel[0], "unit_y": pixel[1], "thickness": thickness, "span": span},
+        defines={"SLICES": n // max(1, len(pixels))}, with_sources=("angles", "sampling"), steps=8 * steps,
+    )  # fmt: skip
+    return arrived, open_share
 
 
 def _on_plane(at, normal, shift, parallel: bool):

@@ -9,6 +9,8 @@ The brief's form, kept for comparison, puts in a delta towards the cell's middle
 where the lobe has one already: a light in the middle of its cell has no direction and is lost.
 """
 
+import math
+
 import numpy as np
 
 from .. import sh
@@ -36,3 +38,29 @@ def summed(cell, values, size: int) -> np.ndarray:
     for k in range(columns.shape[1]):
         out[:, k] = np.bincount(cell, columns[:, k], size)
     return out.reshape(size, *values.shape[1:])
+
+
+def coefficients_on_gpu(gpu, flux, normal, towards=None):
+    n = len(flux)
+    intensity = gpu.empty((n, 4, 3), 3)
+    inputs = {"flux": (flux, 3), "normal": (normal, 3)}
+    gpu.dispatch(
+        "lpv_inject", n, inputs if towards is None else {**inputs, "towards": (towards, 3)}, {"intensity": intensity},
+        defines={"TOWARDS": int(towards is not None)},
+    )  # fmt: skip
+    return intensity
+
+
+def summed_on_gpu(gpu, cell, values, size: int):
+    """Each cell gathers its own: cards add no floating-point numbers from several sides."""
+    columns = math.prod(values.shape[1:])
+    channels = next(c for c in (4, 3, 2, 1) if columns % c == 0 and values.shape[-1] % c == 0)
+    total = gpu.empty((size, *values.shape[1:]), channels)
+    order = np.argsort(cell, kind="stable")
+    start = np.searchsorted(cell[order], np.arange(size + 1))
+    gpu.dispatch(
+        "summed", size * columns // channels,
+        {"values": (values, channels), "order": (order, 1), "start": (start, 1)}, {"total": total},
+        defines={"COLUMNS": columns // channels}, steps=max(1, len(cell) // max(1, size)),
+    )  # fmt: skip
+    return total

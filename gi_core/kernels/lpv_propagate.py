@@ -19,12 +19,18 @@ import numpy as np
 FRONT, SIDE = 0.4006696846, 0.4234313544
 
 
-def step(front: np.ndarray, blocked: np.ndarray | None = None, albedo: np.ndarray | None = None) -> np.ndarray:
+def step(front, blocked=None, albedo=None, damping: float = 1.0, layers: slice = slice(None)):
     """The light after one more step: (4, x, y, z, 3) of u, v_x, v_y, v_z [W/sr] -> the same. What leaves is gone.
 
     blocked: (3, x, y, z) share of light stopped on its way from a cell to the next one along an axis, and back.
     albedo: (3, x, y, z, 3) share of what is stopped there that is sent back as a lobe.
+    damping: what is left of light after the step. layers: which are wanted along x.
     """
+    first, last, _ = layers.indices(front.shape[1])
+    if first > 0 or last < front.shape[1]:
+        around = slice(max(first - 1, 0), last + 1)
+        walls = (None if a is None else a[:, around] for a in (blocked, albedo))
+        return step(front[:, around], *walls, damping)[:, first - around.start :][:, : last - first]
     u, v = front[0], front[1:]
     out = np.zeros_like(front)
     ahead, aside = np.float32(2 / np.sqrt(5)), np.float32(1 / np.sqrt(5))
@@ -50,4 +56,32 @@ def step(front: np.ndarray, blocked: np.ndarray | None = None, albedo: np.ndarra
                 back = total * (1 - open_share) * albedo[axis][here]
                 out[0][source] += 0.25 * back
                 out[1 + axis][source] -= (0.5 * sign) * back
-    return out
+    return out if damping == 1 else out * np.float32(damping)
+
+
+def step_on_gpu(gpu, front, blocked=None, albedo=None, damping: float = 1.0, layers: slice = slice(None)):
+    _, x, y, z, _ = front.shape
+    following = gpu.empty(front.shape, 3)
+    inputs = {"front": (front, 3)}
+    if blocked is not None:
+        inputs["blocked"] = blocked, 1
+        if albedo is not None:
+            inputs["albedo"] = albedo, 3
+    gpu.dispatch(
+        "lpv_propagate", x * y * z, inputs, {"next": following}, integers={"size_x": x, "size_y": y, "size_z": z},
+        floats={"damping": damping}, defines={"WALLS": int("blocked" in inputs), "BOUNCE": int("albedo" in inputs)},
+        steps=12,
+    )  # fmt: skip
+    return following
+
+
+def layer_sums(front):
+    """What each layer of cells along x holds: (4, x, y, z, 3) -> (x, 3) float32, 4π of which is its flux [W/sr]."""
+    return front[0].sum((1, 2))
+
+
+def layer_sums_on_gpu(gpu, front):
+    _, x, y, z, _ = front.shape
+    held = gpu.empty((x, 3), 3)
+    gpu.dispatch("layer_sums", x, {"front": (front, 3)}, {"held": held}, integers={"count": y * z}, steps=y * z)
+    return held

@@ -26,3 +26,29 @@ def mixed(values, index, weight) -> np.ndarray:
     for k in range(index.shape[1]):
         out += values[index[:, k]] * weight[:, k, None, None]
     return out
+
+
+def trilinear(values, local, shape, share, before=None):
+    """A grid's values at points, where they count, on top of what other grids have there.
+
+    values: (size, k, 3) float32, cells in C order. local: (n, 3) in cells from the lowest corner. shape: of the grid.
+    share: (n,) float32, how much the grid counts. before: (n, k, 3) float32, None for nothing. Returns the same.
+    """
+    out = np.zeros((len(local), *values.shape[1:]), np.float32) if before is None else before.copy()
+    row = np.flatnonzero(share)
+    index, weight = corners(local[row], shape)
+    place = (index[..., 0] * shape[1] + index[..., 1]) * shape[2] + index[..., 2]
+    out[row] += mixed(values, place, weight * share[row, None])
+    return out
+
+
+def trilinear_on_gpu(gpu, values, local, shape, share, before=None):
+    n, bands = len(local), values.shape[1]
+    found = gpu.empty((n, bands, 3), 3)
+    inputs = {"values": (values, 3), "local": (local, 3), "share": (share, 1)}
+    gpu.dispatch(
+        "lpv_trilinear", n, inputs if before is None else {**inputs, "before": (before, 3)}, {"found": found},
+        integers=dict(zip(("size_x", "size_y", "size_z"), shape)),
+        defines={"BANDS": bands, "BEFORE": int(before is not None)}, steps=8,
+    )  # fmt: skip
+    return found

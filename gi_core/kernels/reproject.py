@@ -25,3 +25,15 @@ def reproject(hit, before, color, depth, tolerance: float):
         tap = np.clip(row, 0, h - 1) * w + np.clip(column, 0, w - 1)
         valid &= np.abs(depth.ravel()[tap] - z) <= tolerance * z
     return np.where(valid[:, None], color.reshape(-1, c)[tap], 0).astype(np.float32), valid
+
+
+def reproject_on_gpu(gpu, hit, before, color, depth, tolerance: float):
+    (h, w, c), n = color.shape, len(hit)
+    found, valid = gpu.empty((n, c), c), gpu.empty((n,), 1, bool)
+    inputs = {"hit": (hit, 1), "before": (gpu.array(before, 3, nowhere=-1e30), 3), "color": (color, c),
+              "depth": (depth, 1)}  # fmt: skip
+    gpu.dispatch(
+        "reproject", n, inputs, {"found": found, "valid": valid}, integers={"width": w, "height": h},
+        floats={"tolerance": tolerance},
+    )  # fmt: skip
+    return found, valid

@@ -30,6 +30,20 @@ def surface_weight(depth, position, normal, tap_depth, tap_position, tap_normal,
     return np.maximum(0, 1 - np.abs(depth - tap_depth)) * np.minimum(closeness, 1) * plane
 
 
+def surface_weight_on_gpu(
+    gpu, depth, position, normal, tap_depth, tap_position, tap_normal, scale, literal: bool = False
+):
+    weight = gpu.empty(depth.shape, 1)
+    inputs = {"depth": (depth, 1), "position": (position, 3), "normal": (normal, 3), "tap_depth": (tap_depth, 1),
+              "tap_position": (tap_position, 3), "tap_normal": (tap_normal, 3),
+              "scale": (np.full(depth.shape, scale) if np.isscalar(scale) else scale, 1)}  # fmt: skip
+    gpu.dispatch(
+        "surface_pairs", weight.items, inputs, {"weight": weight}, integers={"literal": literal},
+        with_sources=("surface_weight",),
+    )  # fmt: skip
+    return weight
+
+
 def plane_weight(dq, off, scale):
     """How far points lie in a plane: offsets dq (..., 3) float32, of which `off` (...) is out of it -> (...), 0…1."""
     d2 = dot(dq, dq)

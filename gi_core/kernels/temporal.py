@@ -50,6 +50,19 @@ def history_taps(before, expected, normal, footprint, slant, position, history_n
     return np.stack(pixels, -1), np.where(total > _FEWEST, weights / np.maximum(total, _FEWEST), 0)
 
 
+def history_taps_on_gpu(gpu, before, expected, normal, footprint, slant, position, history_normal, limit: float):
+    n, (h, w) = len(before), position.shape[:2]
+    taps, weights = gpu.empty((n, 4), 4, np.int32), gpu.empty((n, 4), 4)
+    limit = np.full(n, limit) if np.isscalar(limit) else limit
+    inputs = {"before": (gpu.array(before, 2, nowhere=-1e30), 2), "expected": (expected, 3), "normal": (normal, 3),
+              "footprint": (footprint, 1), "slant": (slant, 1), "position": (position, 3),
+              "history_normal": (history_normal, 3), "limit": (limit, 1)}  # fmt: skip
+    gpu.dispatch(
+        "history_taps", n, inputs, {"taps": taps, "weights": weights}, integers={"width": w, "height": h}, steps=4
+    )  # fmt: skip
+    return taps, weights
+
+
 def temporal(value, history, history_count, taps, weights, hdrp: bool = False):
     """Values with their history.
 
@@ -67,3 +80,12 @@ def temporal(value, history, history_count, taps, weights, hdrp: bool = False):
         n = np.minimum(n, _HDRP_COUNT - 1)
     factor = factor[:, None].astype(np.float32)
     return value * (1 - factor) + mixed * factor, n + 1
+
+
+def temporal_on_gpu(gpu, value, history, history_count, taps, weights, hdrp: bool = False):
+    n, c = value.shape
+    mixed, count = gpu.empty((n, c), c), gpu.empty((n,), 1)
+    inputs = {"value": (value, c), "history": (history, c), "history_count": (history_count, 1), "taps": (taps, 4),
+              "weights": (weights, 4)}  # fmt: skip
+    gpu.dispatch("temporal", n, inputs, {"mixed": mixed, "count": count}, integers={"hdrp": hdrp}, steps=4)
+    return mixed, count

@@ -69,7 +69,7 @@ def propagate(tracer: Tracer, lights: Vpls, receivers: Surfels | None, settings:
     eye = None if camera is None else camera.matrix[:3, 3]
     grids = placed(tracer.geometry.bounds, eye, None if receivers is None else receivers.position, settings)
     if settings.propagation == "flat":
-        return Volume(tuple((yield from flat.propagated(tracer.geometry, lights, grids, settings))))
+        return Volume(tuple((yield from flat.propagated(tracer.geometry, lights, grids, settings, tracer.device))))
     wanted = [np.arange(g.size) for g in grids]
     if receivers is not None:
         looking = np.concatenate([receivers.origin, _surface(tracer.geometry)])

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .. import tiles
+from ..device import NUMPY, Device
 from ..emitters import strewn
 from ..geometry import Geometry
 from ..kernels.lpv_inject import summed
@@ -69,7 +70,9 @@ def blockers(geometry: Geometry, cell: float, colored: bool = False) -> Iterator
     return Blockers(position, normal, area)
 
 
-def geometry_volume(surfaces: Blockers, grid: Grid, bias: float = 0.0, amplifier: float = 1.0) -> Iterator[float]:
+def geometry_volume(
+    surfaces: Blockers, grid: Grid, bias: float = 0.0, amplifier: float = 1.0, device: Device = NUMPY
+) -> Iterator[float]:
     """Shares of light that surfaces stop on its way from each cell to the next along an axis, and the surfaces' albedo.
 
     bias: cells that surfaces are moved along their normals; amplifier: factor on their area.
@@ -90,7 +93,7 @@ def geometry_volume(surfaces: Blockers, grid: Grid, bias: float = 0.0, amplifier
         place[part][inside] = corners.flat(cell[inside])
 
     yield from tiles.run(tile, tiles.slices(len(place), _POINTS))
-    held = summed(place, surfaces.area, corners.size + 1)[:-1].reshape(*shape, -1)
+    held = device.numpy(device.run(summed, place, surfaces.area, corners.size + 1))[:-1].reshape(*shape, -1)
     area = held[..., :3] / np.float32(grid.cell**2)
     blocked = [_between(area[..., k], k) for k in range(3)]
     albedo = None

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..device import NUMPY, Device
 from ..kernels.lpv_inject import coefficients, summed
 from ..sampling import systematic
 from ..vpls import Vpls
@@ -44,19 +45,20 @@ def cells_of(vpls: Vpls, grid: Grid, bias: float) -> np.ndarray:
     return np.floor(grid.local(vpls.position) + np.float32(bias) * vpls.normal).astype(np.int32)
 
 
-def lobes(vpls: Vpls, grid: Grid, cell: np.ndarray, literal: bool) -> np.ndarray:
-    """What each light puts into its cell: (n, 4, 3) float32 [W/sr]."""
+def lobes(vpls: Vpls, grid: Grid, cell: np.ndarray, literal: bool, device: Device = NUMPY) -> np.ndarray:
+    """What each light puts into its cell, on the device: (n, 4, 3) float32 [W/sr]."""
     towards = grid.centres(cell) - vpls.position if literal else None
-    return coefficients(vpls.flux, vpls.normal, towards)
+    return device.run(coefficients, vpls.flux, vpls.normal, towards)
 
 
-def dense(vpls: Vpls, grid: Grid, bias: float, literal: bool) -> np.ndarray:
+def dense(vpls: Vpls, grid: Grid, bias: float, literal: bool, device: Device = NUMPY) -> np.ndarray:
     """The grid of what starts in each cell: (x, y, z, 4, 3) float32 [W/sr]."""
     cell = cells_of(vpls, grid, bias)
     inside = grid.inside(cell)
     if not inside.all():
         vpls, cell = vpls[inside], cell[inside]
-    return summed(grid.flat(cell), lobes(vpls, grid, cell, literal), grid.size).reshape(*grid.shape, 4, 3)
+    intensity = lobes(vpls, grid, cell, literal, device)
+    return device.numpy(device.run(summed, grid.flat(cell), intensity, grid.size)).reshape(*grid.shape, 4, 3)
 
 
 def sources(vpls: Vpls, grid: Grid, bias: float, literal: bool, margin: float) -> Sources:

@@ -6,8 +6,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from .. import sh, tiles
-from ..kernels.lpv_trilinear import corners, mixed
+from .. import sh
+from ..device import NUMPY, Device
+from ..kernels.lpv_received import received
+from ..kernels.lpv_trilinear import corners, mixed, trilinear
 from ..surfels import Surfels
 from ..trace import Tracer
 from ..vectors import dot, normalize
@@ -59,43 +61,52 @@ def _share(grid: Grid, points: np.ndarray, width: float) -> np.ndarray:
     return np.clip(depth / max(width, 1e-6), 0, 1).astype(np.float32)
 
 
-def coefficients(tracer, levels: tuple[Level, ...], settings: LpvSettings, points, face=None) -> np.ndarray:
-    """Irradiance over the normal at points, all at once: (n, 3) -> (n, k, 3) float32 [W/m²]."""
-    out = np.zeros((len(points), *levels[0].irradiance.shape[1:]), np.float32)
-    left = np.ones(len(points), np.float32)
-    rays = tracer if settings.visibility and settings.propagation == "hierarchical" else None
+def coefficients(
+    tracer, levels: tuple[Level, ...], settings: LpvSettings, points, face=None, device: Device = NUMPY
+) -> np.ndarray:
+    """Irradiance over the normal at points, all at once: (n, 3) -> (n, k, 3) float32 [W/m²], on the device."""
+    out, left = None, np.ones(len(points), np.float32)
     for k, level in enumerate(levels):
         last = k == len(levels) - 1
         share = np.ones_like(left) if last and not settings.fade else (
             _share(level.grid, points, settings.fade if last else settings.blend))  # fmt: skip
-        row = np.flatnonzero(share * left)
-        index, weight = weights(rays, level.grid, points[row], None if face is None else face[row])
-        out[row] += mixed(level.irradiance, index, weight * (share * left)[row, None])
+        if _sees(settings):
+            out = np.zeros((len(points), *level.irradiance.shape[1:]), np.float32) if out is None else out
+            row = np.flatnonzero(share * left)
+            index, weight = weights(tracer, level.grid, points[row], None if face is None else face[row])
+            out[row] += mixed(level.irradiance, index, weight * (share * left)[row, None])
+        else:
+            local = level.grid.local(points)
+            out = device.run(trilinear, level.irradiance, local, level.grid.shape, share * left, out)
         left = left * (1 - share)
     return out
 
 
+def _sees(settings: LpvSettings) -> bool:
+    """Whether rays find out which cells a point sees."""
+    return settings.visibility and settings.propagation == "hierarchical"
+
+
 def indirect(tracer: Tracer, surfels: Surfels, volume: Volume, settings: LpvSettings) -> Iterator[float]:
     """Irradiance from the volume at surfels. A generator of progress; returns (n, 3) float32 [W/m²]."""
-    irradiance = np.zeros((len(surfels), 3), np.float32)
     if not volume.levels:
-        return irradiance
+        return np.zeros((len(surfels), 3), np.float32)
+    # Rays need the processor's threads.
+    device = NUMPY if _sees(settings) else tracer.device
 
     def tile(part: slice):
-        here = surfels[part]
-        found = coefficients(tracer, volume.levels, settings, here.origin, here.face)
+        here, ahead = surfels[part], None
+        found = coefficients(tracer, volume.levels, settings, here.origin, here.face, device)
         factor = np.full(len(here), settings.intensity, np.float32)
         if settings.derivative_damping:
             step = np.float32(_STEP * volume.levels[0].grid.cell) * here.normal
-            ahead = coefficients(tracer, volume.levels, settings, here.origin + step, here.face)
-            factor *= damping(found, ahead - found) ** np.float32(settings.derivative_damping)
+            ahead = coefficients(tracer, volume.levels, settings, here.origin + step, here.face, device)
         if settings.directional_occlusion:
             far = settings.occlusion_radius * volume.levels[0].grid.cell
-            factor *= 1 - np.float32(settings.directional_occlusion) * _hidden(tracer, here, found, far)
-        irradiance[part] = np.maximum(sh.evaluate(found, here.normal), 0) * factor[:, None]
+            factor *= 1 - np.float32(settings.directional_occlusion) * _hidden(tracer, here, device.numpy(found), far)
+        return device.run(received, found, here.normal, factor, ahead, settings.derivative_damping)
 
-    yield from tiles.run(tile, tiles.slices(len(surfels), _POINTS))
-    return irradiance
+    return device.numpy((yield from device.each(tile, len(surfels), _POINTS)))
 
 
 def radiance(tracer: Tracer, surfels: Surfels, volume: Volume, settings: LpvSettings) -> np.ndarray:
@@ -107,18 +118,6 @@ def radiance(tracer: Tracer, surfels: Surfels, volume: Volume, settings: LpvSett
         return np.zeros((len(surfels), 4, 3), np.float32)
     found = coefficients(tracer, volume.levels, settings, surfels.origin, surfels.face)
     return found * (np.float32(settings.intensity) / sh.COSINE[: found.shape[1], None])
-
-
-def damping(found: np.ndarray, change: np.ndarray) -> np.ndarray:
-    """How much light on a surface is believed, by how it changes along the normal: (n, k, 3), (n, k, 3) -> (n,).
-
-    Light that has come to the surface from before it grows along the normal; light of the other side, which has only
-    leaked into the cell, becomes less (Kaplanyan 2009). 1 where both point the same way, 0 where they are opposite.
-    """
-    cosine = np.einsum("nkc,nkc->nc", found, change)
-    norms = np.einsum("nkc,nkc->nc", found, found) * np.einsum("nkc,nkc->nc", change, change)
-    cosine = np.divide(cosine, np.sqrt(norms), out=np.zeros_like(cosine), where=norms > 0)
-    return np.clip(cosine.max(-1), 0, 1)
 
 
 def _hidden(tracer: Tracer, here: Surfels, found: np.ndarray, far: float) -> np.ndarray:

@@ -41,5 +41,5 @@ def indirect(
     tracer: Tracer, surfels: Surfels, emitted: list[View], settings: SsgiSettings, samples: Samples
 ) -> Iterator[float]:
     """Irradiance from reflected light, as the views have it. A generator of progress; returns (n, 3) float32 [W/m²]."""
-    irradiance, _ = yield from seen(emitted, surfels)
+    irradiance, _ = yield from seen(emitted, surfels, tracer.device)
     return irradiance

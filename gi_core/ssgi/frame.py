@@ -4,15 +4,17 @@
 pixel's surface was in an earlier frame."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from .. import surfels, tiles
+from ..device import NUMPY, Device
 from ..direct import lamps, surroundings
 from ..geometry import Geometry
 from ..images import spread
-from ..kernels.depth_pyramid import NOTHING, depth_pyramid
+from ..kernels.depth_pyramid import depth_pyramid
+from ..kernels.pixel_planes import pixel_planes
 from ..sampling import Samples
 from ..surfels import Surfels
 from ..trace import Tracer
@@ -21,6 +23,9 @@ from .screen import Screen
 
 # Levels of the depth pyramid; HDRP marches up to the seventh.
 LEVELS = 7
+
+# Pixels worked on at once by a thread.
+_PIXELS = 1 << 15
 
 # Lengths in HDRP are for what is some metres away. Here they grow with the distance: its metre is this share of it.
 METRE = np.float32(1 / 5)
@@ -55,6 +60,11 @@ class GBuffer:
                   self.weights)  # fmt: skip
         screen = Screen(self.screen.camera, self.screen.step * step)
         return GBuffer(screen, *(np.ascontiguousarray(i[::step, ::step]) for i in images), self.geometry)
+
+    def on(self, device: Device) -> "GBuffer":
+        """The buffer with what kernels read of it where they run."""
+        images = {"depth": 1, "position": 3, "normal": 3, "face": 3, "albedo": 3}
+        return replace(self, **{name: device.array(getattr(self, name), c) for name, c in images.items()})
 
     @property
     def surface(self) -> np.ndarray:
@@ -112,7 +122,7 @@ def direct_light(tracer: Tracer, buffer: GBuffer, light_samples: int, samples: i
 
 @dataclass(frozen=True)
 class DepthMap:
-    """What rays are marched through.
+    """What rays are marched through, where kernels run.
 
     depth: (h, w) float32 device depth, NOTHING where no surface is. slope: (h, w, 2) float32. pyramid, table: of
     `depth_pyramid`.
@@ -124,16 +134,20 @@ class DepthMap:
     table: np.ndarray
 
 
-def depth_map(buffer: GBuffer) -> DepthMap:
-    """The depth of a full-resolution buffer, ready for marching."""
+def depth_map(buffer: GBuffer, device: Device = NUMPY) -> Iterator[float]:
+    """The depth of a full-resolution buffer, ready for marching. A generator of progress; returns a DepthMap.
+
+    buffer: where kernels run.
+    """
     h, w = buffer.screen.shape
-    surface = buffer.surface
-    depth = np.where(surface, buffer.screen.device(np.where(surface, buffer.depth, 1)), NOTHING).astype(np.float32)
-    slope = np.zeros((h, w, 2), np.float32)
-    slope[surface] = buffer.screen.slopes(buffer.position[surface], buffer.face[surface])
-    # The nearest corner of each pixel's plane.
-    nearest = np.where(surface, depth - np.abs(slope).sum(-1) / 2, NOTHING)
-    return DepthMap(depth, slope, *depth_pyramid(nearest.astype(np.float32), LEVELS))
+    depth, position, face = buffer.depth.reshape(-1), buffer.position.reshape(-1, 3), buffer.face.reshape(-1, 3)
+
+    def tile(part: slice):
+        return device.run(pixel_planes, depth[part], position[part], face[part], buffer.screen)
+
+    depth, slope, nearest = yield from device.each(tile, h * w, _PIXELS)
+    levels = device.run(depth_pyramid, nearest.reshape(h, w), LEVELS)
+    return DepthMap(depth.reshape(h, w), slope.reshape(h, w, 2), *levels)
 
 
 def before(buffer: GBuffer, earlier: GBuffer) -> tuple[np.ndarray, np.ndarray]:

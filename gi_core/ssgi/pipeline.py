@@ -3,16 +3,19 @@
 """The passes in their order: trace, reproject, temporal filter, diffuse filter, both again."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from .. import tiles
-from ..images import spread
+from .. import images, tiles
+from ..device import Device
 from ..kernels.diffuse_filter import diffuse_filter
+from ..kernels.reflected import reflected
 from ..kernels.reproject import reproject
+from ..kernels.spread import spread
 from ..kernels.temporal import history_taps, temporal
-from ..sampling import hash01, r2_sequence
+from ..sampling import r2_sequence
 from ..scene import Camera
 from ..trace import Tracer
 from .frame import METRE, GBuffer, before, direct_light, g_buffer, slant
@@ -20,7 +23,7 @@ from .probes import Probes, bake_probes, propagated
 from .screen import Screen
 from .search import Search, searched
 from .settings import SsgiSettings
-from .view import History, View, upsampled
+from .view import History, View, between, looked_up
 
 # Pixels worked on at once by a thread: arrays that stay within a core's cache.
 _PIXELS = 1 << 14
@@ -38,12 +41,57 @@ _TAPS, _HALF_TAPS, _DISK = 16, 4, 64
 @dataclass(frozen=True)
 class Inputs:
     """What all passes over one picture share: what is seen, at full resolution and at that of tracing, direct light
-    (H, W, 3) [W/m²], and the search for what is not direct."""
+    (H, W, 3) [W/m²], and the search for what is not direct. What is worked out of these lies where kernels run."""
 
     full: GBuffer
     buffer: GBuffer
     direct: np.ndarray
     search: Search
+
+    @property
+    def device(self) -> Device:
+        return self.search.device
+
+    @cached_property
+    def here(self) -> GBuffer:
+        """The buffer at the resolution of tracing."""
+        return self.search.seen if self.buffer is self.full else self.buffer.on(self.device)
+
+    @cached_property
+    def lit(self) -> np.ndarray:
+        """What surfaces send of direct light: (H, W, 3) mean radiance."""
+        return self.device.array(self.full.albedo * self.direct / np.float32(np.pi), 3)
+
+    @cached_property
+    def own(self) -> tuple[np.ndarray, np.ndarray]:
+        """Each pixel as its own history, as `history_taps` gives it."""
+        n = self.buffer.depth.size
+        weights = np.zeros((n, 4), np.float32)
+        weights[:, 0] = self.buffer.surface.ravel()
+        taps = np.repeat(np.arange(n, dtype=np.int32)[:, None], 4, 1)
+        return self.device.array(taps, 4), self.device.array(weights, 4)
+
+    @cached_property
+    def metre(self) -> np.ndarray:
+        """What a metre of the source is at each point that searches: (n,) [m]."""
+        return self.device.array(METRE * self.search.depths, 1)
+
+    @cached_property
+    def radii(self) -> tuple[np.ndarray, np.ndarray]:
+        """The diffuse filter's radius at each point that searches, of its first and its second run: (n,) each [m]."""
+        z, radius = self.search.depths, self.search.settings.radius
+        least, share = 2 * self.buffer.screen.footprint(z), z / (5 + 45 * np.minimum(z / 500, 1))
+        both = (np.maximum(share * r, least).astype(np.float32) for r in (radius, radius / 2))
+        return tuple(self.device.array(one, 1) for one in both)
+
+    @cached_property
+    def between(self) -> tuple[tuple[np.ndarray, ...], np.ndarray]:
+        """The full screen's points between the pixels of the buffer, and which of them each pixel is."""
+        points = self.full.surfels()
+        row = np.full(self.full.depth.shape, -1, np.int32)
+        row.ravel()[points.place] = np.arange(len(points))
+        found = zip(between(self.buffer, points.position, points.normal), (2, 1, 3, 3, 1), (-1e30, *[None] * 4))
+        return tuple(self.device.array(*one) for one in found), self.device.array(row, 1)
 
 
 def still(
@@ -70,7 +118,9 @@ def still(
     for k in range(settings.frames):
         begin, end = (0.2 + 0.8 * (k + i) / settings.frames for i in (0, 1))
         radiance, history, layers = yield from tiles.within(begin, end, one_pass(inputs, history, settings))
-    return View(buffer, radiance, layers if settings.debug else {}, history)
+    device = tracer.device
+    layers = {name: device.numpy(layer) for name, layer in layers.items()}
+    return View(buffer, device.numpy(radiance), layers, history.of(device))
 
 
 def restored(
@@ -92,48 +142,65 @@ def _traced(full: GBuffer, settings: SsgiSettings) -> GBuffer:
 def one_pass(inputs: Inputs, history: History | None, settings: SsgiSettings) -> Iterator[float]:
     """All passes over a picture once. A generator of progress.
 
-    Returns (h, w, 3) float32 mean radiance E/π at the resolution of tracing, the History, and what each pass found:
-    name -> (h, w) or (h, w, 3).
+    Returns (h, w, 3) float32 mean radiance E/π at the resolution of tracing, the History, and, where that is asked for,
+    what each pass found: name -> (h, w) or (h, w, 3). Images are left where kernels run.
     """
     full, buffer, number = inputs.full, inputs.buffer, history.passes if history else 0
-    shape = buffer.depth.shape
-    albedo = full.albedo.reshape(-1, 3)
-    lit = albedo * inputs.direct.reshape(-1, 3) / np.float32(np.pi)
-    valid = np.ones(len(lit), bool)
-    previous = settings.feedback == "previous" and history is not None
-    if previous:
+    device, search, albedo = inputs.device, inputs.search, inputs.search.seen.albedo
+    lit, valid = inputs.lit, None
+    if settings.feedback == "previous" and history is not None:
         at, _ = before(full, history.full)
-        lit, valid = reproject(np.arange(len(lit), dtype=np.int32), at, history.picture, history.full.depth, _DEPTH)
+        every = np.arange(full.depth.size, dtype=np.int32)
+        lit, valid = device.run(reproject, every, at, history.picture, history.full.depth, _DEPTH)
+        lit = lit.reshape(*full.depth.shape, 3)
 
-    found = yield from tiles.within(0.0, 0.6, searched(inputs.search, valid, number))
-    taps = _history(buffer, history)
+    found = yield from tiles.within(0.0, 0.6, searched(search, valid, number))
+    taps = yield from tiles.within(0.6, 0.62, _history(inputs, history))
     levels = []
     source = lit
-    for k in range(inputs.search.levels):
-        raw = (yield from tiles.within(0.6, 0.7, found.radiance(source, k))).reshape(*shape, 3)
-        mean, count = _mixed(raw, history.levels[k] if history else None, history, taps, settings)
+    for k in range(search.levels):
+        raw, missed = yield from tiles.within(0.62, 0.7, found.radiance(source, k))
+        mean, count = yield from _mixed(raw, history.levels[k] if history else None, history, taps, inputs, settings)
         levels.append(mean)
-        if k + 1 < inputs.search.levels:
-            source = lit + albedo * upsampled(buffer, mean, full).reshape(-1, 3)
-    missed = spread(found.missed[:, None], inputs.search.points.place, shape)[..., 0]
-    layers = {"Traced": raw, "Missed": missed, "Accumulated": mean, "Passes": count}
+        if k + 1 < search.levels:
+            again = yield from _upsampled(inputs, mean)
+            source = device.run(reflected, lit, albedo, again)
+    layers = {}
     if settings.debug:
-        layers |= {"Face": full.face, "Lit": lit.reshape(full.position.shape), "Motion": _motion(full, history)}
-        layers |= {"Hit": spread(found.first_hit, inputs.search.points.place, shape)}
+        place, shape = search.places, buffer.depth.shape
+        layers = {"Traced": raw, "Accumulated": mean, "Passes": count, "Face": full.face}
+        layers |= {"Lit": lit, "Motion": _motion(full, history)}
+        layers["Missed"] = images.spread(device.numpy(missed)[:, None], place, shape)[..., 0]
+        layers["Hit"] = images.spread(found.first_hit, place, shape)
 
     filtered, result = mean, mean
     if settings.denoise == "bilateral":
-        smooth = yield from tiles.within(0.7, 0.85, _filtered(buffer, mean, settings, number))
-        filtered, _ = _mixed(smooth, history.filtered if history else None, history, taps, settings)
-        layers |= {"Filtered": smooth, "Accumulated again": filtered}
+        smooth = yield from tiles.within(0.7, 0.85, _filtered(inputs, mean, settings, number))
+        earlier = history.filtered if history else None
+        filtered, _ = yield from _mixed(smooth, earlier, history, taps, inputs, settings)
+        if settings.debug:
+            layers |= {"Filtered": smooth, "Accumulated again": filtered}
         result = filtered
         if settings.second_pass:
-            half = replace(settings, radius=settings.radius / 2)
-            result = yield from tiles.within(0.85, 1.0, _filtered(buffer, filtered, half, None))
-    present = albedo * inputs.direct.reshape(-1, 3) / np.float32(np.pi)
-    picture = present + albedo * upsampled(buffer, result, full).reshape(-1, 3)
-    history = History(buffer, tuple(levels), filtered, count, picture.reshape(full.position.shape), full, number + 1)
+            work = _filtered(inputs, filtered, settings, None)
+            result = yield from tiles.within(0.85, 1.0, work)
+    all_over = yield from _upsampled(inputs, result)
+    picture = device.run(reflected, inputs.lit, albedo, all_over)
+    history = History(buffer, tuple(levels), filtered, count, picture, full, number + 1)
     return result, history, layers
+
+
+def _upsampled(inputs: Inputs, value: np.ndarray) -> Iterator[float]:
+    """An image at the resolution of tracing, (h, w, 3), at every pixel: (H, W, 3). A generator of progress."""
+    if inputs.buffer is inputs.full:
+        return value
+    (points, row), here = inputs.between, inputs.here
+
+    def tile(part: slice):
+        return looked_up(here, value, tuple(one[part] for one in points), inputs.device)[0]
+
+    found = yield from inputs.device.each(tile, len(points[0]), _PIXELS)
+    return inputs.device.run(spread, found, row)
 
 
 def _motion(full: GBuffer, history: History | None) -> np.ndarray:
@@ -145,69 +212,64 @@ def _motion(full: GBuffer, history: History | None) -> np.ndarray:
     return before(full, history.full)[0].reshape(now.shape) - now
 
 
-def _history(buffer: GBuffer, history: History | None) -> tuple[np.ndarray, np.ndarray] | None:
-    """`history_taps` of each pixel, None where there is no history."""
+def _history(inputs: Inputs, history: History | None) -> Iterator[float]:
+    """`history_taps` of each pixel, None where there is no history. A generator of progress."""
     if history is None:
         return None
-    n = buffer.depth.size
+    buffer, device = inputs.buffer, inputs.device
     if history.buffer is buffer:
-        weights = np.zeros((n, 4), np.float32)
-        weights[:, 0] = buffer.surface.ravel()
-        return np.repeat(np.arange(n, dtype=np.int32)[:, None], 4, 1), weights
+        return inputs.own
     at, where = before(buffer, history.buffer)
     z = np.where(buffer.surface, buffer.depth, 1).ravel()
     where = np.where(np.isfinite(where), where, 0)
-    taps, weights = np.zeros((n, 4), np.int32), np.zeros((n, 4), np.float32)
-    normal, slanted = buffer.normal.reshape(-1, 3), slant(buffer)
-    for part in tiles.slices(n, _PIXELS):
-        taps[part], weights[part] = history_taps(
-            at[part, :2], where[part], normal[part], buffer.screen.footprint(z[part]), slanted[part],
-            history.buffer.position, history.buffer.normal, _HISTORY_LIMIT * METRE * z[part],
-        )  # fmt: skip
-    return taps, weights
-
-
-def _mixed(raw: np.ndarray, earlier: np.ndarray | None, history: History | None, taps, settings: SsgiSettings):
-    """The temporal filter over an image: raw (h, w, 3) and the history's -> (h, w, 3) and (h, w) passes."""
-    if history is None:
-        return raw, np.ones(raw.shape[:2], np.float32)
-    out, count = np.empty_like(raw), np.empty(raw.shape[:2], np.float32)
-    flat, n, hdrp = raw.reshape(-1, 3), count.size, settings.accumulation == "hdrp"
-    for part in tiles.slices(n, _PIXELS):
-        chosen, weights = (a[part] for a in taps)
-        out.reshape(-1, 3)[part], count.ravel()[part] = temporal(
-            flat[part], earlier, history.count, chosen, weights, hdrp
-        )
-    return out, count
-
-
-def _filtered(buffer: GBuffer, value: np.ndarray, settings: SsgiSettings, number: int | None) -> Iterator[float]:
-    """The diffuse filter over an image: (h, w, 3) -> (h, w, 3).
-
-    number: of the pass, which has points of its own; None for the same ones each time.
-    A generator of progress.
-    """
-    screen, points = buffer.screen, np.flatnonzero(buffer.surface)
-    out = np.zeros_like(value)
-    taps = _TAPS if settings.full_resolution else _HALF_TAPS
-    first = (number or 0) * taps % _DISK
-    u = r2_sequence(_DISK)[first : first + taps]
-    depth = buffer.depth.ravel()
-    literal = settings.weights == "literal"
+    at, normal, slanted = at[:, :2], buffer.normal.reshape(-1, 3), slant(buffer)
+    footprint, limit, then = buffer.screen.footprint(z), _HISTORY_LIMIT * METRE * z, history.buffer
 
     def tile(part: slice):
-        pixels = points[part].astype(np.int32)
-        z = depth[pixels]
-        turn = 0 if number is None else hash01(pixels, settings.seed * 4096 + number)[:, None]
-        angle = 2 * np.float32(np.pi) * (u[:, 1] + turn)
-        disk = u[:, :1].T[..., None] * np.stack(np.broadcast_arrays(np.cos(angle), np.sin(angle)), -1)
-        radius = z * settings.radius / (5 + 45 * np.minimum(z / 500, 1))
-        radius = np.maximum(radius, 2 * screen.footprint(z)).astype(np.float32)
-        out.reshape(-1, 3)[pixels] = diffuse_filter(
-            pixels, value, buffer.depth, buffer.position, buffer.normal, radius,
-            np.broadcast_to(disk, (len(pixels), taps, 2)), screen.matrix, np.float32(screen.camera.clip[1]),
-            METRE * z, literal,
+        return device.run(
+            history_taps, at[part], where[part], normal[part], footprint[part], slanted[part], then.position,
+            then.normal, limit[part],
         )  # fmt: skip
 
-    yield from tiles.run(tile, tiles.slices(len(points), _PIXELS))
-    return out
+    return (yield from device.each(tile, buffer.depth.size, _PIXELS))
+
+
+def _mixed(raw, earlier, history: History | None, taps, inputs: Inputs, settings: SsgiSettings) -> Iterator[float]:
+    """The temporal filter over an image: raw (h, w, 3) and the history's -> (h, w, 3) and (h, w) passes. A generator of
+    progress."""
+    (h, w, _), device = raw.shape, inputs.device
+    if history is None:
+        return raw, device.array(np.ones((h, w), np.float32), 1)
+    flat, hdrp = raw.reshape(-1, 3), settings.accumulation == "hdrp"
+    earlier, passes = device.array(earlier, 3), device.array(history.count, 1)
+
+    def tile(part: slice):
+        return device.run(temporal, flat[part], earlier, passes, *(a[part] for a in taps), hdrp)
+
+    out, count = yield from device.each(tile, h * w, _PIXELS)
+    return out.reshape(h, w, 3), count.reshape(h, w)
+
+
+def _filtered(inputs: Inputs, value: np.ndarray, settings: SsgiSettings, number: int | None) -> Iterator[float]:
+    """The diffuse filter over an image: (h, w, 3) -> (h, w, 3).
+
+    number: of the pass, whose first filter has points of its own; None for the second, with the same ones each time.
+    A generator of progress.
+    """
+    here, search, device, screen = inputs.here, inputs.search, inputs.device, inputs.buffer.screen
+    taps = _TAPS if settings.full_resolution else _HALF_TAPS
+    first = (number or 0) * taps % _DISK
+    r, turn = r2_sequence(_DISK)[first : first + taps].T
+    disk = r[:, None] * np.stack([np.cos(2 * np.pi * turn), np.sin(2 * np.pi * turn)], -1).astype(np.float32)
+    seed = None if number is None else settings.seed * 4096 + number
+    reach, metre, far = inputs.radii[number is None], inputs.metre, np.float32(screen.camera.clip[1])
+    place, literal = search.place, settings.weights == "literal"
+
+    def tile(part: slice):
+        return device.run(
+            diffuse_filter, place[part], value, here.depth, here.position, here.normal, reach[part], disk,
+            screen.matrix, far, metre[part], literal, seed,
+        )  # fmt: skip
+
+    found = yield from device.each(tile, len(search.places), _PIXELS)
+    return device.run(spread, found, search.row)

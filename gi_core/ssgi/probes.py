@@ -112,6 +112,12 @@ def _sphere(n: int) -> np.ndarray:
     return np.stack([across * np.cos(angle), across * np.sin(angle), z], -1).astype(np.float32)
 
 
+def answers(kind: str, tracer: Tracer, probes: Probes | None) -> bool:
+    """Whether there may be anything but black in what is `unseen`."""
+    sky = kind in ("sky", "both") and not beyond.is_black(tracer.sky.environment)
+    return sky or (kind in ("probes", "both") and probes is not None)
+
+
 def unseen(kind: str, tracer: Tracer, points: Surfels, direction: np.ndarray, probes: Probes | None) -> np.ndarray:
     """Radiance along rays for which the screen has no answer: (n, 3) float32 [W/(m²·sr)].
 

@@ -52,6 +52,11 @@ class Screen:
         return self.camera.matrix[:3, :3].T * [[1], [1], [-1]]
 
     @cached_property
+    def frame(self) -> np.ndarray:
+        """(4, 3) float32: the axes and the eye."""
+        return np.concatenate([self.axes, self.eye[None]]).astype(np.float32)
+
+    @cached_property
     def pixels_per_unit(self) -> tuple[float, float]:
         """Of the camera, on the plane at depth 1, or in a metre of a parallel one."""
         left, right, bottom, top = self.camera.window
@@ -108,7 +113,8 @@ class Screen:
         # On the plane n · x = k, −1/z is −(n · (x/z, y/z, 1))/k.
         over = n[:, 2] if self.parallel else dot(n, local)
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-            slope = np.nan_to_num(-n[:, :2] / over[:, None] / np.array(self.pixels_per_unit), posinf=1e20, neginf=-1e20)
+            slope = -n[:, :2] / over[:, None] / np.array(self.pixels_per_unit, np.float32)
+        slope = np.nan_to_num(slope, posinf=1e20, neginf=-1e20)
         steep = np.abs(slope).sum(-1)
         most = _SLOPE * np.abs(self.device(local[:, 2]))
         return (slope * np.minimum(1, most / np.maximum(steep, 1e-30))[:, None]).astype(np.float32)

@@ -9,22 +9,24 @@ from functools import cached_property
 import numpy as np
 
 from .. import tiles
-from ..kernels.depth_march import depth_march
+from ..device import Device
+from ..kernels.clamped import clamped
+from ..kernels.hit_light import hit_light
 from ..kernels.horizon_scan import horizon_scan
-from ..sampling import cosine_hemisphere, hash01, r2_sequence, rotated
+from ..kernels.scan_light import scan_light
+from ..kernels.screen_trace import MISSED, NO_RAY, rays_of, screen_trace
+from ..kernels.slice_draws import slice_draws
+from ..kernels.spread import spread
+from ..sampling import r2_sequence
 from ..surfels import Surfels
 from ..trace import FAR, Tracer
-from ..vectors import dot, length
 from .frame import DepthMap, GBuffer, depth_map
 from .paths import onward, paths
-from .probes import Probes, unseen
+from .probes import Probes, answers, unseen
 from .settings import SsgiSettings
 
 # Rays worked on at once by a thread: few live long, and a march of few costs as much as one of many.
 _RAYS = 1 << 15
-
-# The start bias as a share of the distance, and the slant at which it stops growing.
-_BIAS, _LEAST_SLANT = np.float32(1e-3), np.float32(1e-2)
 
 
 @dataclass(frozen=True)
@@ -40,27 +42,61 @@ class Search:
     settings: SsgiSettings
     probes: Probes | None
 
+    @property
+    def device(self) -> Device:
+        return self.tracer.device
+
     @cached_property
     def points(self) -> Surfels:
         return self.buffer.surfels()
 
     @cached_property
+    def places(self) -> np.ndarray:
+        """Which pixels of the buffer search: (n,) int32."""
+        return np.flatnonzero(self.buffer.surface).astype(np.int32)
+
+    @cached_property
+    def depths(self) -> np.ndarray:
+        """Depth there: (n,) float32 [m]."""
+        return self.buffer.depth.ravel()[self.places]
+
+    @cached_property
+    def place(self) -> np.ndarray:
+        """`places` where kernels run."""
+        return self.device.array(self.places, 1)
+
+    @cached_property
+    def row(self) -> np.ndarray:
+        """Which of them each pixel is, where kernels run: (h, w) int32, −1 for none."""
+        row = np.full(self.buffer.depth.size, -1, np.int32)
+        row[self.places] = np.arange(len(self.places))
+        return self.device.array(row.reshape(self.buffer.depth.shape), 1)
+
+    @cached_property
     def pixels(self) -> np.ndarray:
-        """Which pixels of the full screen search: (n,) int32."""
-        row, column = np.divmod(self.points.place, self.buffer.screen.shape[1])
+        """Which pixels of the full screen they are, where kernels run: (n,) int32."""
+        if self.buffer is self.full:
+            return self.place
+        row, column = np.divmod(self.places, self.buffer.screen.shape[1])
         step = self.buffer.screen.step
-        return (row * step * self.full.screen.shape[1] + column * step).astype(np.int32)
+        return self.device.array(row * step * self.full.screen.shape[1] + column * step, 1)
+
+    @cached_property
+    def seen(self) -> GBuffer:
+        """What the screen shows, where kernels run."""
+        return self.full.on(self.device)
 
     @cached_property
     def depth(self) -> DepthMap:
-        return depth_map(self.full)
+        return tiles.finish(depth_map(self.seen, self.device))
 
     @cached_property
     def local(self) -> tuple[np.ndarray, np.ndarray]:
-        """Positions and normals of the full screen in camera space: (h, w, 3) each."""
+        """Positions and normals of the full screen in camera space, where kernels run: (h, w, 3) each."""
         axes = self.full.screen.axes.T.astype(np.float32)
         position = (self.full.position - self.full.screen.eye.astype(np.float32)) @ axes
-        return position * self.full.surface[..., None], self.full.normal @ axes
+        local = position * self.full.surface[..., None], self.full.normal @ axes
+        return tuple(self.device.array(one, 3) for one in local)
 
     @property
     def levels(self) -> int:
@@ -73,134 +109,130 @@ class Search:
         return self.settings.mode == "screen_space" and self.settings.tracer == "bitmask"
 
     @property
+    def marches(self) -> bool:
+        return self.settings.mode == "mixed" or (self.settings.mode == "screen_space" and not self.scans)
+
+    @property
+    def looks_elsewhere(self) -> bool:
+        """Whether light comes from anything but the screen."""
+        return self.settings.mode != "screen_space" or answers(self.settings.fallback, self.tracer, self.probes)
+
+    @property
     def rays(self) -> int:
         """Of each pixel in each pass."""
         return -(-self.settings.samples // self.settings.frames)
 
+    def sequence(self, number: int) -> np.ndarray:
+        """What the rays of a pass are drawn by: (rays, 2) float32 of the unit square."""
+        return r2_sequence(self.rays, number * self.rays)
+
 
 @dataclass(frozen=True)
 class Found:
-    """What one pass of searching found.
+    """What one pass of searching found, where kernels run.
 
-    hit: (n, rays) int32 pixels of the full screen that the rays of each point met, −1 for none; empty for a scan.
+    hit: (n · rays,) int32 of `screen_trace`, pixels of the full screen that the rays of each point met; None of a scan.
     rest: (n, levels, 3) float32 mean radiance of what was found elsewhere, of each bounce; of a scan, of all that the
-        screen does not show. missed: (n,) float32, the share of rays that met nothing on the screen.
+        screen does not show. None where nothing was looked for.
     """
 
     search: Search
     number: int
-    hit: np.ndarray
-    rest: np.ndarray
-    missed: np.ndarray
+    hit: np.ndarray | None
+    rest: np.ndarray | None
 
     @property
     def first_hit(self) -> np.ndarray:
         """Where each point's first ray hit the screen: (n, 3) float32, x, y and depth [m], −1 for a miss or a scan."""
-        full = self.search.full
-        hit = self.hit[:, 0] if self.hit.shape[1] else np.full(len(self.hit), -1)
+        full, n, rays = self.search.full, len(self.search.places), self.search.rays
+        hit = np.full(n, -1) if self.hit is None else self.search.device.numpy(self.hit)[::rays]
         row, column = np.divmod(hit, full.screen.shape[1])
         at = np.stack([column, row, full.depth.ravel()[hit]], -1)
         return np.where(hit[:, None] >= 0, at, -1).astype(np.float32)
 
     def radiance(self, picture: np.ndarray, level: int) -> Iterator[float]:
-        """Mean radiance that arrives where surfaces send what a picture (H · W, 3) shows.
+        """Mean radiance that arrives where surfaces send what a picture (H, W, 3) shows.
 
-        A generator of progress; returns (h · w, 3) float32 at the resolution of tracing.
+        A generator of progress; returns (h, w, 3) float32 at the resolution of tracing, and (n,) float32 of the points,
+        the share of what met nothing on the screen.
         """
-        search, points = self.search, self.search.points
-        out = np.zeros((search.buffer.depth.size, 3), np.float32)
-        picture = clamped(picture, search.settings.clamp)
+        search, rays = self.search, self.search.rays
+        device, settings, screen = search.device, search.settings, search.full.screen
+        picture = device.run(clamped, picture, settings.clamp)
+        pixels, place, local = search.pixels, search.place, search.local if search.scans else None
 
         def look(part: slice):
-            value = self.rest[part, level].copy()
-            for hit in self.hit[part].T:
-                value += np.where(hit[:, None] >= 0, picture[hit], 0) / np.float32(search.rays)
-            out[points.place[part]] = value
+            rest = None if self.rest is None else self.rest[part]
+            if self.hit is not None:
+                hit = self.hit[part.start * rays : part.stop * rays]
+                return device.run(hit_light, hit, picture, rest, level, rays)
+            u = device.run(slice_draws, place[part], self.number * rays, rays, settings.seed)
+            found = device.run(
+                horizon_scan, pixels[part], *local, picture, u, screen.pixels_per_unit, screen.parallel,
+                settings.thickness, settings.steps, float(np.hypot(*screen.shape)),
+            )  # fmt: skip
+            return device.run(scan_light, *found, rest, level, rays)
 
-        def scan(part: slice):
-            value = np.zeros((part.stop - part.start, 3), np.float32)
-            for ray in range(search.rays):
-                arrived, open_share = _scanned(search, part, picture, self.number, ray)
-                value += arrived + open_share[:, None] * self.rest[part, level]
-                self.missed[part] += open_share / search.rays
-            out[points.place[part]] = value / search.rays
-
-        self.missed[...] = 0 if search.scans else self.missed
-        yield from tiles.run(scan if search.scans else look, tiles.slices(len(points), _RAYS))
-        return out
+        light, missed = yield from device.each(look, len(search.places), max(1, _RAYS // rays))
+        return device.run(spread, light, search.row), missed
 
 
-def searched(search: Search, valid: np.ndarray, number: int) -> Iterator[float]:
+def searched(search: Search, valid: np.ndarray | None, number: int) -> Iterator[float]:
     """One pass of searching. A generator of progress; returns Found.
 
-    valid: (H · W,) bool, pixels of the full screen whose light is known. number: of the pass.
+    valid: (H · W,) bool, pixels of the full screen whose light is known; None for all. number: of the pass.
     """
-    points, settings, rays = search.points, search.settings, search.rays
-    hit = np.full((len(points), 0 if search.scans else rays), -1, np.int32)
-    rest, missed = np.zeros((len(points), search.levels, 3), np.float32), np.zeros(len(points), np.float32)
-    # Made before several threads ask for them.
-    if settings.mode != "ray_traced":
-        _ = search.local if search.scans else search.depth
+    hit, rest = None, None
+    if search.marches:
+        hit = yield from tiles.within(0.0, 0.5, _marched(search, valid, number))
+    if search.looks_elsewhere:
+        hit, rest = yield from tiles.within(0.5, 1.0, _elsewhere(search, hit, number))
+    return Found(search, number, hit, rest)
+
+
+def _marched(search: Search, valid: np.ndarray | None, number: int) -> Iterator[float]:
+    """`screen_trace` for all rays of a pass. A generator of progress."""
+    device, settings, full = search.device, search.settings, search.seen
+    mixed = settings.mode == "mixed"
+    steps, back = settings.mixed_steps if mixed else settings.steps, full.screen.back(settings.thickness)
+    pixels, place, depth, points = search.pixels, search.place, search.depth, search.sequence(number)
 
     def tile(part: slice):
-        n = part.stop - part.start
-        here = points[part][np.repeat(np.arange(n), rays)]
-        direction = cosine_hemisphere(here.normal, _drawn(points.place[part], number * rays, rays, settings.seed))
-        rows = np.flatnonzero(dot(direction, here.face) > 0)
-        if not (search.scans or settings.mode == "ray_traced"):
-            found = _marched(search, search.pixels[part][rows // rays], here[rows], direction[rows])
-            found[(found >= 0) & ~valid[found]] = -1
-            hit[part].reshape(-1)[rows] = found
-            rows = rows[found < 0]
+        return device.run(
+            screen_trace, pixels[part], place[part], valid, full.depth, full.position, full.normal,
+            full.face, depth, points, full.screen, settings.seed, back, steps, mixed,
+        )  # fmt: skip
+
+    return (yield from device.each(tile, len(search.places), max(1, _RAYS // search.rays)))
+
+
+def _elsewhere(search: Search, hit: np.ndarray | None, number: int) -> Iterator[float]:
+    """What rays bring that met nothing on the screen. A generator of progress; returns `hit` and `rest` of Found."""
+    points, rays, device = search.points, search.rays, search.device
+    sequence, rest = search.sequence(number), np.zeros((len(points), search.levels, 3), np.float32)
+    traced = search.settings.mode == "ray_traced"
+    met = np.full(len(points) * rays, NO_RAY, np.int32) if hit is None else device.numpy(hit)
+
+    def tile(part: slice):
+        here, n = points[part], part.stop - part.start
+        direction, rows = rays_of(here.place, here.normal, here.face, sequence, search.settings.seed)
+        of_part = met[part.start * rays : part.stop * rays]
+        if traced:
+            of_part[rows] = MISSED
+        elif hit is not None:
+            rows = rows[of_part[rows] == MISSED]
         # A place of its own for each ray, so that what it meets draws samples of its own.
-        leaving = replace(here[rows], place=here.place[rows] * rays + rows % rays)
-        elsewhere = np.zeros((n * rays, search.levels, 3), np.float32)
-        elsewhere[rows] = clamped(_elsewhere(search, leaving, direction[rows], number), settings.clamp)
-        rest[part] = elsewhere.reshape(n, rays, -1, 3).mean(1)
-        missed[part] = np.bincount(rows // rays, minlength=n) / rays
+        leaving = here[rows // rays]
+        leaving = replace(leaving, place=leaving.place * rays + rows % rays)
+        light = np.zeros((n * rays, search.levels, 3), np.float32)
+        light[rows] = clamped(_arriving(search, leaving, direction[rows], number), search.settings.clamp)
+        rest[part] = light.reshape(n, rays, -1, 3).mean(1)
 
     yield from tiles.run(tile, tiles.slices(len(points), max(1, _RAYS // rays)))
-    return Found(search, number, hit, rest, missed)
+    return device.array(met, 1) if traced else hit, device.array(rest, 3)
 
 
-def clamped(radiance: np.ndarray, most: float) -> np.ndarray:
-    """Colours (..., 3) darkened to where their strongest channel is no more than that; 0 leaves all as they are."""
-    if not most:
-        return radiance
-    return radiance * np.minimum(1, most / np.maximum(radiance.max(-1, keepdims=True), np.float32(1e-20)))
-
-
-def _drawn(place: np.ndarray, first: int, count: int, seed: int) -> np.ndarray:
-    """Points of the unit square from each pixel's own sequence, pixel by pixel: (n,) -> (n · count, 2)."""
-    return rotated(r2_sequence(count, first), place, seed).reshape(-1, 2)
-
-
-def _marched(search: Search, pixel: np.ndarray, here: Surfels, direction: np.ndarray) -> np.ndarray:
-    """Which pixels rays meet on the screen: (n,) int32, −1 for none."""
-    full, settings, mixed = search.full, search.settings, search.settings.mode == "mixed"
-    screen, depth = full.screen, search.depth
-    view = screen.towards(here.position)
-    row, column = np.divmod(pixel, screen.shape[1])
-    z = full.depth.ravel()[pixel] * (1 - _BIAS / np.maximum(dot(here.normal, view), _LEAST_SLANT))
-    start = np.stack([column + np.float32(0.5), row + np.float32(0.5), screen.device(z)], -1).astype(np.float32)
-    way = screen.march(here.position, direction).astype(np.float32)
-    hit, hidden = depth_march(
-        start, way, depth.depth, depth.slope, depth.pyramid, depth.table, screen.device(screen.camera.clip[0]),
-        screen.back(settings.thickness), settings.mixed_steps if mixed else settings.steps,
-    )  # fmt: skip
-    position, face = full.position.reshape(-1, 3)[hit], full.face.reshape(-1, 3)[hit]
-    # A surface turned away shows the eye another side than the one that the ray meets.
-    kept = (hit >= 0) & (dot(face, direction) < 0)
-    if mixed:
-        # Only what is certain: rays in sight all the way, and hits on the very surface that the pixel shows.
-        d = position - here.position
-        off = length(d - dot(d, direction)[:, None] * direction)
-        slant = np.abs(dot(face, screen.towards(position)))
-        kept &= ~hidden & (off * slant <= screen.footprint(np.where(hit >= 0, full.depth.ravel()[hit], 1)))
-    return np.where(kept, hit, -1)
-
-
-def _elsewhere(search: Search, here: Surfels, direction: np.ndarray, number: int) -> np.ndarray:
+def _arriving(search: Search, here: Surfels, direction: np.ndarray, number: int) -> np.ndarray:
     """Radiance of each bounce that rays bring which met nothing on the screen: (n, levels, 3)."""
     settings, tracer, probes = search.settings, search.tracer, search.probes
     if settings.mode == "screen_space":
@@ -214,17 +246,3 @@ def _elsewhere(search: Search, here: Surfels, direction: np.ndarray, number: int
     lights = None if settings.last_bounce == "none" else last
     found = paths(tracer, (here.origin, direction, here.place), settings.bounces, seed, far, lights)
     return found if search.levels == settings.bounces else found[:, -1:]
-
-
-def _scanned(search: Search, part: slice, picture: np.ndarray, number: int, ray: int):
-    """One slice of the horizon scan from each pixel of a tile; see `horizon_scan`."""
-    settings, pixel = search.settings, search.pixels[part]
-    place = search.points.place[part]
-    index = number * search.rays + ray
-    more = np.stack([hash01(place, settings.seed * 65536 + 4 * index + k) for k in (2, 3)], -1)
-    u = np.concatenate([_drawn(place, index, 1, settings.seed)[:, :1], more], -1)
-    (position, normal), (h, w) = search.local, search.full.screen.shape
-    return horizon_scan(
-        pixel, position, normal, picture.reshape(h, w, 3), u, search.full.screen.pixels_per_unit,
-        search.full.screen.parallel, settings.thickness, settings.steps, float(np.hypot(h, w)),
-    )  # fmt: skip

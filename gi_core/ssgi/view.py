@@ -3,11 +3,11 @@
 """What a camera found, and that light at other points: a finer picture's pixels, texels, vertices."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .. import tiles
+from ..device import NUMPY, Device
 from ..kernels.bilateral_upsample import bilateral_upsample
 from ..surfels import Surfels
 from .frame import METRE, GBuffer
@@ -32,6 +32,12 @@ class History:
     picture: np.ndarray
     full: GBuffer
     passes: int
+
+    def of(self, device: Device) -> "History":
+        """The same, out of the device."""
+        levels = tuple(device.numpy(level) for level in self.levels)
+        images = {name: device.numpy(getattr(self, name)) for name in ("filtered", "count", "picture")}
+        return replace(self, levels=levels, **images)
 
     @property
     def arrays(self) -> dict[str, np.ndarray]:
@@ -63,52 +69,45 @@ class View:
         return shown
 
 
-def seen(views: list[View], surfels: Surfels) -> Iterator[float]:
+def seen(views: list[View], surfels: Surfels, device: Device = NUMPY) -> Iterator[float]:
     """Irradiance of reflected light at points, from the cameras that see them.
 
     A generator of progress; returns (n, 3) float32 [W/m²], and (n,) float32 coverage, 0…1: how surely a camera saw the
     point. What none saw gets what the nearest pixels have, if it is on a screen at all.
     """
-    total, weights = np.zeros((len(surfels), 3), np.float32), np.zeros(len(surfels), np.float32)
-    coverage = np.zeros(len(surfels), np.float32)
 
     def tile(part: slice):
         here = surfels[part]
+        total, weights, coverage = np.zeros((len(here), 3), np.float32), *np.zeros((2, len(here)), np.float32)
         for view in views:
-            radiance, share = looked_up(view.buffer, view.radiance, here.position, here.normal)
+            points = between(view.buffer, here.position, here.normal)
+            found = looked_up(view.buffer, view.radiance, points, device)
+            radiance, share = map(device.numpy, found)
             weight = np.maximum(share, np.float32(1e-6))
-            total[part] += weight[:, None] * radiance
-            weights[part] += weight
-            coverage[part] = np.maximum(coverage[part], share)
+            total += weight[:, None] * radiance
+            weights += weight
+            coverage = np.maximum(coverage, share)
+        return total * (np.float32(np.pi) / np.maximum(weights, np.float32(1e-20)))[:, None], coverage
 
-    yield from tiles.run(tile, tiles.slices(len(surfels), _POINTS))
-    return total * (np.float32(np.pi) / np.maximum(weights, np.float32(1e-20)))[:, None], coverage
-
-
-def upsampled(buffer: GBuffer, value: np.ndarray, full: GBuffer) -> np.ndarray:
-    """An image at the resolution of tracing, (h, w, 3), at every pixel: (H, W, 3)."""
-    if buffer.screen.step == full.screen.step:
-        return value
-    out = np.zeros_like(full.position)
-    place = np.flatnonzero(full.surface)
-    position, normal = full.position.reshape(-1, 3), full.normal.reshape(-1, 3)
-    for part in tiles.slices(len(place), _POINTS):
-        here = place[part]
-        out.reshape(-1, 3)[here], _ = looked_up(buffer, value, position[here], normal[here])
-    return out
+    return (yield from device.each(tile, len(surfels), _POINTS))
 
 
-def looked_up(buffer: GBuffer, value: np.ndarray, position: np.ndarray, normal: np.ndarray):
-    """An image's values (h, w, 3) at points (n, 3): (n, 3), and how surely it shows them (n,), 0…1."""
+def between(buffer: GBuffer, position: np.ndarray, normal: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Points between a buffer's pixels: (n, 3), (n, 3) -> where on its screen (n, 2), NaN for off it; depth (n,);
+    position, normal; and what a metre of the source is there (n,) [m]."""
     at, (h, w) = buffer.screen.project(position), buffer.depth.shape
     half = 0.5 / buffer.screen.step
     with np.errstate(invalid="ignore"):
         on_screen = (at[:, 0] >= -half) & (at[:, 0] <= w - 1 + half) & (at[:, 1] >= -half) & (at[:, 1] <= h - 1 + half)
     on_screen &= at[:, 2] > 0
-    at = np.where(on_screen[:, None], at, 1)
     z = at[:, 2]
-    found, share = bilateral_upsample(
-        at[:, :2], z, position, normal, value, buffer.depth, buffer.position, buffer.normal,
-        np.float32(buffer.screen.camera.clip[1]), METRE * z,
+    return np.where(on_screen[:, None], at[:, :2], np.float32(np.nan)), z, position, normal, METRE * z
+
+
+def looked_up(buffer: GBuffer, value: np.ndarray, points: tuple[np.ndarray, ...], device: Device = NUMPY):
+    """An image's values (h, w, 3) at points `between` its pixels: (n, 3), and how surely it shows them (n,), 0…1."""
+    *where, scale = points
+    far = np.float32(buffer.screen.camera.clip[1])
+    return device.run(
+        bilateral_upsample, *where, value, buffer.depth, buffer.position, buffer.normal, far, scale
     )  # fmt: skip
-    return found * on_screen[:, None], share * on_screen

@@ -230,7 +230,7 @@ def test_the_screen_is_the_camera(kind):
     steep = np.linalg.norm(direction, axis=-1) > 10
     assert np.allclose(moved[~steep], direction[~steep], atol=0.02)
 
-    depth = depth_map(buffer)
+    depth = tiles.finish(depth_map(buffer))
     floor = buffer.surface & (buffer.position[..., 2] < 1e-4)
     pair = floor[:, 1:] & floor[:, :-1]
     step = np.diff(depth.depth, axis=1)[pair]

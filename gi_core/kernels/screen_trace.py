@@ -1,0 +1,91 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Rays from pixels to what the screen shows: drawn about the normal, put on the screen, marched, and judged where they
+end."""
+
+import numpy as np
+
+from ..sampling import cosine_hemisphere, rotated, signed
+from ..vectors import dot, length
+from .depth_march import depth_march, march_inputs
+
+# What a ray found that is none, since it starts under the surface, and one that met nothing on the screen.
+NO_RAY, MISSED = -2, -1
+
+# The start bias as a share of the distance, and the slant at which it stops growing.
+_BIAS, _LEAST_SLANT = np.float32(1e-3), np.float32(1e-2)
+
+
+def rays_of(place, normal, face, points, seed: int):
+    """Directions from each point, k of them, and which of them leave the surface.
+
+    place: (n,) int, by which each point's sequence is shifted. normal, face: (n, 3) float32. points: (k, 2) float32 of
+    the unit square. Returns (n · k, 3) float32, and rows (m,) int64 of those that leave.
+    """
+    k = len(points)
+    direction = cosine_hemisphere(np.repeat(normal, k, 0), rotated(points, place, seed).reshape(-1, 2))
+    return direction, np.flatnonzero(dot(direction, np.repeat(face, k, 0)) > 0)
+
+
+def screen_trace(
+    pixels, place, valid, depth, position, normal, face, march, points, screen, seed: int, back: float, steps: int,
+    certain: bool,
+):  # fmt: skip
+    """Which pixel each ray of each pixel meets.
+
+    pixels: (n,) int32, of the screen. place: (n,) int, by which each one's sequence is shifted. valid: (h · w,) bool,
+    pixels that may be met; None for all. depth: (h, w) [m], position, normal, face: (h, w, 3) float32. march: the
+    DepthMap. points: (k, 2) float32 of the unit square. screen: the camera's. back, steps: of `depth_march`.
+    certain: only hits in sight all the way, on the very surface that the pixel shows.
+    Returns (n · k,) int32: pixels, MISSED or NO_RAY.
+    """
+    k, depth = len(points), depth.ravel()
+    position, normal, face = (a.reshape(-1, 3) for a in (position, normal, face))
+    direction, rows = rays_of(place, normal[pixels], face[pixels], points, seed)
+    out = np.full(len(direction), NO_RAY, np.int32)
+    pixel, direction = pixels[rows // k], direction[rows]
+    here = position[pixel]
+    row, column = np.divmod(pixel, screen.shape[1])
+    z = depth[pixel] * (1 - _BIAS / np.maximum(dot(normal[pixel], screen.towards(here)), _LEAST_SLANT))
+    start = np.stack([column + np.float32(0.5), row + np.float32(0.5), screen.device(z)], -1).astype(np.float32)
+    way = screen.march(here, direction).astype(np.float32)
+    near = screen.device(screen.camera.clip[0])
+    hit, hidden = depth_march(start, way, march.depth, march.slope, march.pyramid, march.table, near, back, steps)
+    facing = face[hit]
+    # A surface turned away shows the eye another side than the one that the ray meets.
+    kept = (hit >= 0) & (dot(facing, direction) < 0)
+    if certain:
+        d = position[hit] - here
+        off = length(d - dot(d, direction)[:, None] * direction)
+        slant = np.abs(dot(facing, screen.towards(position[hit])))
+        kept &= ~hidden & (off * slant <= screen.footprint(np.where(hit >= 0, depth[hit], 1)))
+    if valid is not None:
+        kept &= valid[hit]
+    out[rows] = np.where(kept, hit, MISSED)
+    return out
+
+
+def screen_trace_on_gpu(
+    gpu, pixels, place, valid, depth, position, normal, face, march, points, screen, seed: int, back: float,
+    steps: int, certain: bool,
+):  # fmt: skip
+    h, w = depth.shape
+    n, k = len(pixels), len(points)
+    hit = gpu.empty((n * k,), 1, np.int32)
+    inputs = {
+        "pixels": (pixels, 1), "place": (place, 1), "depth": (depth, 1), "position": (position, 3),
+        "normal": (normal, 3), "face": (face, 3), "points": (points, 2),
+        "axes": (screen.frame, 3),
+        **march_inputs(gpu, march.depth, march.slope, march.pyramid),
+    }  # fmt: skip
+    unit_x, unit_y = screen.pixels_per_unit
+    gpu.dispatch(
+        "screen_trace", n * k, inputs if valid is None else {**inputs, "valid": (valid, 1)}, {"hit": hit},
+        integers={"width": w, "height": h, "steps": steps, "top": len(march.table) - 1,
+                  "parallel": screen.parallel, "seed": signed(seed)},
+        floats={"near_": screen.device(screen.camera.clip[0]), "back": back, "unit_x": unit_x, "unit_y": unit_y,
+                "footprint": screen.footprint(np.ones(1, np.float32))[0]},
+        defines={"RAYS": k, "CERTAIN": int(certain), "VALID": int(valid is not None)},
+        with_sources=("angles", "sampling", "march"), steps=steps,
+    )  # fmt: skip
+    return hit
