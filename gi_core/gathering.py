@@ -11,6 +11,7 @@ import numpy as np
 from . import tiles
 from .device import NUMPY, Device
 from .kernels.vpl_gather import added, chosen, unshadowed
+from .kernels.vpl_shadowed import shadowed
 from .sampling import Samples, hash01, seeded
 from .surfels import Surfels
 from .trace import Tracer
@@ -126,6 +127,14 @@ def _on_device(device: Device, tracer, here, vpls, lights, pattern, visibility, 
     asked = here, lights, pattern, bound, candidates
     if not visibility:
         return device.numpy((yield from device.each(lambda _: device.run(unshadowed, *asked), len(here), len(here))))
+    if tracer.on_card:
+
+        def work(_):
+            picked = device.run(chosen, *asked)
+            seen = device.run(shadowed, picked, here.origin, here.face, lights.origin, tracer.on_card.bvh)
+            return device.run(added, seen, lights.flux)
+
+        return device.numpy((yield from device.each(work, len(here), len(here))))
     picked = device.numpy((yield from device.each(lambda _: device.run(chosen, *asked), len(here), len(here))))
     irradiance = np.zeros((len(here), 3), np.float32)
 

@@ -1,11 +1,13 @@
 # SPDX-FileCopyrightText: 2026 GI Bake authors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Rays against a scene's triangles, through Intel Embree (embreex).
+"""Rays against a scene's triangles, through Intel Embree (embreex), or on a graphics card.
 
 A call works on the thread it is made from and lets go of the interpreter while Embree runs, so callers that cut
-their work into tiles (`tiles.run`) use every core.
+their work into tiles (`tiles.run`) use every core. A card takes the rays of the main thread, the only one that reaches
+it; what both find is the same but for rounding.
 """
 
+import threading
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +18,7 @@ from .device import NUMPY, Device
 from .emitters import emitters
 from .environment import parted
 from .geometry import Geometry
+from .gpu_rays import gpu_rays
 from .sampling import hash01
 from .vectors import dot, length, offset
 
@@ -82,21 +85,30 @@ class Tracer:
     until what is left of it falls to a number that is drawn once for each ray, out of its own bits: it ends at each of
     them as often as that one takes its light, the same ray always at the same, and no sample has to be split.
 
-    geometry: what rays meet. device: what kernels run on beside them. sky, suns: what those see that meet nothing, see
-        `environment.parted`. glow: points that stand for the emitting surfaces, see `emitters`.
+    geometry: what rays meet. device: what kernels run on beside them. on_card: the triangles there, None where rays are
+        Embree's alone. sky, suns: what those see that meet nothing, see `environment.parted`. glow: points that stand
+        for the emitting surfaces, see `emitters`.
     """
 
     def __init__(self, geometry: Geometry, device: Device = NUMPY):
         self.geometry, self.device = geometry, device
         self.sky, self.suns = parted(geometry.scene.environment)
         self.glow = emitters(geometry)
+        self.on_card = gpu_rays(geometry, device)
         clear = geometry.clear
         self._solid = _Triangles(geometry, np.flatnonzero(~clear) if clear.any() else None)
         self._clear = _Triangles(geometry, np.flatnonzero(clear))
 
+    @property
+    def _ask_card(self) -> bool:
+        return self.on_card is not None and threading.current_thread() is threading.main_thread()
+
     def closest(self, origins: np.ndarray, directions: np.ndarray, far: float = FAR) -> Hits:
         """The nearest hit of each ray, no further than far [m]: (n, 3), (n, 3) unit directions -> Hits."""
-        hits = self._solid.closest(origins, directions, np.full(len(origins), far, np.float32))
+        far = np.full(len(origins), far, np.float32)
+        if self._ask_card:
+            return Hits(*self.on_card.closest(origins, directions, far))
+        hits = self._solid.closest(origins, directions, far)
         if self._clear.empty:
             return hits
         _, nearer = self._through(origins, directions, hits.distance, _drawn(origins, directions))
@@ -107,6 +119,8 @@ class Tracer:
 
     def occluded(self, origins: np.ndarray, directions: np.ndarray, far: np.ndarray) -> np.ndarray:
         """Whether anything stops the ray between the origin and the far distance: (n, 3), (n, 3), (n,) -> (n,) bool."""
+        if self._ask_card:
+            return self.on_card.occluded(origins, directions, far)
         blocked = self._solid.occluded(origins, directions, far)
         if not self._clear.empty:
             free = np.flatnonzero(~blocked)

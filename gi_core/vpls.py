@@ -51,22 +51,23 @@ class Vpls:
 class Packed:
     """Lights as kernels read them, in few fetches; numpy arrays or the device's.
 
-    at: (m, 4) position and area [m²]. axis: (m, 4) normal and brightness. flux: (m, 3).
+    at: (m, 4) position and area [m²]. axis: (m, 4) normal and brightness. flux, origin: (m, 3).
     """
 
     at: np.ndarray
     axis: np.ndarray
     flux: np.ndarray
+    origin: np.ndarray
 
     @staticmethod
     def of(vpls: Vpls, area: float | None = None) -> "Packed":
         """area: of all [m²], None for each light's own."""
         area = vpls.area if area is None else np.full(len(vpls), area, np.float32)
         at, axis = (np.column_stack(a) for a in ((vpls.position, area), (vpls.normal, vpls.brightness)))
-        return Packed(at, axis, vpls.flux)
+        return Packed(at, axis, vpls.flux, vpls.origin)
 
     def on(self, device: Device) -> "Packed":
-        return Packed(device.array(self.at, 4), device.array(self.axis, 4), device.array(self.flux, 3))
+        return Packed(*(device.array(getattr(self, f.name), getattr(self, f.name).shape[1]) for f in fields(self)))
 
 
 def coherent(vpls: Vpls) -> np.ndarray:
