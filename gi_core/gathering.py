@@ -12,7 +12,7 @@ from . import tiles
 from .device import NUMPY, Device
 from .kernels.vpl_gather import added, chosen, unshadowed
 from .kernels.vpl_shadowed import shadowed
-from .sampling import Samples, hash01, seeded
+from .sampling import Samples, hash01
 from .surfels import Surfels
 from .trace import Tracer
 from .vectors import dot
@@ -183,10 +183,11 @@ class Strided:
 
     def __call__(self, here: Surfels):
         # In single precision throughout, so that every device finds the same lights.
-        start = (hash01(here.place, self.seed)[:, None] + np.float32(self.shift)) % 1
-        index = ((np.arange(self.lights, dtype=np.float32) + start) * self.stride).astype(np.int64)
-        return np.minimum(index, self.count - 1), self.stride
+        lights = np.arange(self.lights, dtype=np.float32) + self._start(here)[:, None]
+        return np.minimum((lights * self.stride).astype(np.int64), self.count - 1), self.stride
 
     def on_gpu(self, gpu, here: Surfels, place):
-        integers = {"count": self.count, "pattern_seed": seeded(self.seed)}
-        return {}, integers, {"shift": self.shift, "stride": float(self.stride)}
+        return {"start": (self._start(here), 1)}, {"count": self.count}, {"stride": float(self.stride)}
+
+    def _start(self, here: Surfels) -> np.ndarray:
+        return (hash01(here.place, self.seed) + np.float32(self.shift)) % 1

@@ -17,7 +17,7 @@ void kernel(int item)
   vec4 state = state_of(i);
   float scale = scale_of(i);
   float brought[CANDIDATES];
-  float all = 0.0;
+  float sum = 0.0;
   int first = -1;
   for (int c = 0; c < CANDIDATES; c++) {
     int k = s * CANDIDATES + c;
@@ -27,20 +27,20 @@ void kernel(int item)
       vec4 at = light_at(light);
       vec4 axis = light_axis(light);
       float arriving = transfer(here, up, at.xyz, axis.xyz, at.w) * (weight_of(state, k) * scale);
-      all += CANDIDATES == 1 ? arriving : arriving * axis.w;
+      sum += CANDIDATES == 1 ? arriving : arriving * axis.w;
     }
-    brought[c] = all;
+    brought[c] = sum;
   }
 #if CANDIDATES == 1
   set_picked(item, vec2(float(first), all));
 #else
-  float drawn = hash01(place_of(i) * uint(samples) + uint(s) + uint(first) * 2654435761u, survivor_seed) * all;
+  float drawn = hash01(place_of(i) * uint(samples) + uint(s) + uint(first) * 2654435761u, survivor_seed) * sum;
   int survivor = 0;
   for (int c = CANDIDATES - 1; c >= 0; c--) {
     survivor = brought[c] > drawn ? c : survivor;
   }
   int light = light_of(state, s * CANDIDATES + survivor);
   float brightness = light < 0 ? 0.0 : light_axis(light).w;
-  set_picked(item, vec2(float(light), brightness > 0.0 ? all / brightness : 0.0));
+  set_picked(item, vec2(float(light), brightness > 0.0 ? sum / brightness : 0.0));
 #endif
 }

@@ -5,7 +5,7 @@
 
 vec4 state_of(int i)
 {
-  return vec4(fract(hash01(place_of(i), pattern_seed) + shift), 0.0, 0.0, 0.0);
+  return vec4(start(i), 0.0, 0.0, 0.0);
 }
 
 float scale_of(int i)

@@ -12,8 +12,10 @@ from gi_bake.addon.read.images import ImageReader
 from gi_bake.gi_core import rsm
 from gi_bake.gi_core.gathering import Every, Strided
 from gi_bake.gi_core.geometry import Geometry
+from gi_bake.gi_core.kernels.lattice import agreeing, mixed, rows_of
 from gi_bake.gi_core.kernels.vpl_gather import BOUNDS, added, chosen, unshadowed
 from gi_bake.gi_core.rsm.disk import Disk
+from gi_bake.gi_core.rsm.interpolation import interpolated_indirect
 from gi_bake.gi_core.rsm.maps import Map
 from gi_bake.gi_core.rsm.settings import RsmSettings
 from gi_bake.gi_core.rsm.views import views
@@ -113,15 +115,37 @@ def test_weighted_lights_are_added(same, n):
     same(added, picked, rng.random((50, 3), np.float32))
 
 
+def pixels(width, height, step, seed=1):
+    """Arguments of `agreeing` for a bumpy surface with holes, its first rows missing."""
+    rng = np.random.default_rng(seed)
+    place = np.flatnonzero(rng.random(width * height) > 0.1)
+    place = place[place >= 3 * width]
+    position = np.stack([place % width, place // width, rng.random(len(place))], -1).astype(np.float32)
+    normal = unit(rng, len(place)) * 0.2 + np.float32([0, 0, 1])
+    size = width, height
+    return place, position, normal, np.full(len(place), step, np.float32), rows_of(place, size, step), size, step
+
+
+@pytest.mark.parametrize("width, height, step", [(70, 33, 4), (129, 64, 2), (5, 9, 8), (1, 4, 2), (3, 3, 4)])
+def test_agreement_with_a_lattice(gpu, same, width, height, step):
+    arguments = pixels(width, height, step)
+    same(agreeing, *arguments)
+    neighbours, weights, kind = agreeing(*arguments)
+    assert width < 70 or set(kind) == {0, 1, 2}
+    light = np.random.default_rng(2).random((len(kind), 3), np.float32)
+    same(mixed, light, neighbours, weights)
+
+
 @pytest.fixture(scope="module")
 def seen(sample):
-    """What the camera of a sample scene sees, by its name: the scene, a tracer, 48 × 48 surfels."""
+    """What the camera of a sample scene sees, by its name: a tracer, 48 × 48 surfels, the camera."""
 
     def see(name):
         bpy.ops.wm.open_mainfile(filepath=str(sample(name)))
         _, core = preflight.inspected(bpy.context.scene, bpy.context.view_layer, ImageReader())
         tracer = Tracer(Geometry(core))
-        return tracer, from_camera(tracer, replace(core.camera, resolution=(48, 48)))
+        camera = replace(core.camera, resolution=(48, 48))
+        return tracer, from_camera(tracer, camera), camera
 
     return see
 
@@ -130,7 +154,7 @@ def seen(sample):
 @pytest.mark.parametrize("pattern", ["flux", "disk", "all"])
 @pytest.mark.parametrize("visibility", [True, False])
 def test_the_light_of_a_scene(gpu, seen, name, pattern, visibility):
-    tracer, here = seen(name)
+    tracer, here, _ = seen(name)
     settings = RsmSettings(pattern=pattern, samples=16, map_resolution=32, visibility=visibility)
     lighting = finish(rsm.emit(tracer, here, settings))
     expected = finish(rsm.indirect(tracer, here, lighting, settings))
@@ -140,4 +164,15 @@ def test_the_light_of_a_scene(gpu, seen, name, pattern, visibility):
     # Points with a light that rounding decides about are few.
     far = np.abs(found - expected) > 1e-3 * (expected + expected.mean())
     assert far.any(-1).mean() < 0.01
+    assert np.mean((found - expected) ** 2 / (expected**2 + expected.mean() ** 2)) < 1e-5
+
+
+def test_an_interpolated_image(gpu, seen):
+    tracer, here, camera = seen("cornell")
+    settings = RsmSettings(samples=16, map_resolution=32, interpolation=4)
+    lighting = finish(rsm.emit(tracer, here, settings))
+    expected, share = finish(interpolated_indirect(tracer, here, lighting, settings, camera, 1))
+    tracer.device = gpu
+    found, found_share = finish(interpolated_indirect(tracer, here, lighting, settings, camera, 1))
+    assert 0.3 < share < 0.95 and np.isclose(share, found_share, atol=2e-3)
     assert np.mean((found - expected) ** 2 / (expected**2 + expected.mean() ** 2)) < 1e-5
