@@ -177,7 +177,7 @@ def bake(
     if job.method == "ssgi" and cameras == [None]:
         raise Refused([preflight.no_camera(scene)])
     with stages.time("device"):
-        device, why_not = gpu_context.device(job.settings.device)
+        device, why_not = gpu_context.device(job.settings.device, job.settings.memory << 20)
     with stages.time("trees"):
         tracer = Tracer(Geometry(core), device)
 

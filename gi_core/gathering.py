@@ -22,7 +22,7 @@ from .vpls import Packed, Vpls
 # memory.
 _PAIRS = 1 << 16
 
-# Pairs worked on at once by a graphics card, 8 bytes each.
+# Pairs worked on at once by a graphics card, 16 bytes each.
 _DEVICE_PAIRS = 1 << 22
 
 # Whole numbers beyond are not exact in single precision, in which a graphics card counts lights.
@@ -107,7 +107,8 @@ def gather(
     lights = Packed.of(vpls, bound.area)
     if device is not NUMPY:
         lights = lights.on(device)
-        samples = pattern.lights // candidates if visibility else 1
+        # Of the lights of all no list is made where they are not asked for one by one.
+        samples = 1 if isinstance(pattern, Every) and not visibility else pattern.lights // candidates
         parts = tiles.slices(len(surfels), _DEVICE_PAIRS // samples)
         for k, part in enumerate(parts):
             work = _on_device(device, tracer, surfels[part], vpls, lights, pattern, visibility, bound.kind, candidates)

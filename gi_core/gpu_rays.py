@@ -14,8 +14,8 @@ from .kernels.rays import closest, occluded
 
 _LOG = logging.getLogger(__name__)
 
-# Triangles that a texture holds, and single precision counts.
-_MOST = 1 << 24
+# Triangles at the most: some 80 bytes each, in memory that is needed for more than them.
+_MOST = 1 << 22
 
 
 class GpuRays:

@@ -12,18 +12,13 @@ _PLASTIC = 1.32471795724474602596
 _R2 = np.array([1 / _PLASTIC, 1 / _PLASTIC**2])
 
 
-def seeded(seed: int) -> int:
-    """What `hash01` adds to an index for a seed, as 32 bits with a sign."""
-    return (seed * 0x9E3779B9 + 0x80000000 & 0xFFFFFFFF) - 0x80000000
-
-
 def hash01(index, seed: int = 0) -> np.ndarray:
     """Uniform numbers in [0, 1) that depend on nothing but the index and the seed: (n,) integers -> (n,) float32.
 
     PCG's output permutation as a hash (Jarzynski & Olano 2020, "Hash Functions for GPU Rendering", pcg).
     """
     with np.errstate(over="ignore"):
-        x = np.asarray(index).astype(np.uint32) + np.uint32(seeded(seed) & 0xFFFFFFFF)
+        x = np.asarray(index).astype(np.uint32) + np.uint32(seed * 0x9E3779B9 & 0xFFFFFFFF)
         x = x * np.uint32(747796405) + np.uint32(2891336453)
         x = ((x >> ((x >> np.uint32(28)) + np.uint32(4))) ^ x) * np.uint32(277803737)
         x = (x >> np.uint32(22)) ^ x
@@ -32,6 +27,11 @@ def hash01(index, seed: int = 0) -> np.ndarray:
         x = ((x >> ((x >> np.uint32(28)) + np.uint32(4))) ^ x) * np.uint32(277803737)
         x = (x >> np.uint32(22)) ^ x
     return (x >> np.uint32(8)).astype(np.float32) * np.float32(2**-24)
+
+
+def signed(seed: int) -> int:
+    """A seed's lowest 32 bits as the signed number that shaders take: `hash01` depends on no others."""
+    return (seed + 2**31) % 2**32 - 2**31
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,6 @@ int light_of(vec4 state, int k)
   vec2 xi = shifted(state, k);
   float phi = 6.28318531 * xi.y;
   vec2 st = state.xy + radius * xi.x * vec2(sin(phi), cos(phi));
-  // So that what is not a number, behind the map, is outside too.
   bool inside = st.x >= 0.0 && st.x < 1.0 && st.y >= 0.0 && st.y < 1.0;
   if (!inside) {
     return -1;

@@ -6,7 +6,7 @@
 vec4 state_of(int i)
 {
   uint key = place_of(i);
-  return vec4(projection(i), hash01(key, pattern_seed), hash01(key, pattern_seed_2));
+  return vec4(projection(i), hash01(key, 2u * uint(pattern_seed)), hash01(key, 2u * uint(pattern_seed) + 1u));
 }
 
 vec2 shifted(vec4 state, int k)

@@ -32,9 +32,9 @@ void kernel(int item)
     brought[c] = sum;
   }
 #if CANDIDATES == 1
-  set_picked(item, vec2(float(first), all));
+  set_picked(item, vec2(float(first), sum));
 #else
-  float drawn = hash01(place_of(i) * uint(samples) + uint(s) + uint(first) * 2654435761u, survivor_seed) * sum;
+  float drawn = hash01(place_of(i) * uint(samples) + uint(s) + uint(first) * 2654435761u, uint(CANDIDATES)) * sum;
   int survivor = 0;
   for (int c = CANDIDATES - 1; c >= 0; c--) {
     survivor = brought[c] > drawn ? c : survivor;

@@ -14,7 +14,7 @@ go where light comes from.
 
 import numpy as np
 
-from ..sampling import hash01, seeded
+from ..sampling import hash01
 from .vpl_transfer import transfer
 
 # In the order of their numbers in GLSL.
@@ -65,7 +65,7 @@ def chosen_on_gpu(gpu, here, lights, pattern, bound: str = "disc", candidates: i
     gpu.dispatch(
         "vpl_gather", s * n, {**_points(here, lights), "place": (place, 2), **inputs},
         {"picked": picked},
-        integers={"points": n, "samples": s, "survivor_seed": seeded(candidates), **integers}, floats=floats,
+        integers={"points": n, "samples": s, **integers}, floats=floats,
         defines={"BOUND": BOUNDS.index(bound), "CANDIDATES": candidates},
         with_sources=("hash01", "place", *pattern.sources, "vpl_transfer"), steps=candidates,
     )  # fmt: skip

@@ -11,10 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..sampling import Samples, r2_sequence, rotated, seeded
+from ..sampling import Samples, r2_sequence, rotated, signed
 from ..surfels import Surfels
 from .maps import Map
 from .views import View, project
+
+# Outside of every map, whatever the disk.
+_NOWHERE = -1e9
 
 
 @dataclass(frozen=True)
@@ -61,12 +64,10 @@ class Disk:
 
     def on_gpu(self, gpu, here: Surfels, place):
         # Projected in double precision, which tells texels apart from far away too.
-        projection = gpu.array(project(self.view, here.position), 2)
+        # Behind the view it is not a number, which shaders need not know.
+        projection = gpu.array(np.nan_to_num(project(self.view, here.position), nan=_NOWHERE), 2)
         samples = {"projection": (projection, 2), "place": (place, 2), "sample_point": (self.points, 2)}
-        integers = {
-            "pattern_seed": seeded(2 * self.seed), "pattern_seed_2": seeded(2 * self.seed + 1),
-            "literal": int(self.literal),
-        }  # fmt: skip
+        integers = {"pattern_seed": signed(self.seed), "literal": int(self.literal)}
         scale = gpu.empty((len(here),), 1)
         gpu.dispatch(
             "vpl_disk_scale", len(here), samples, {"scale": scale}, {**integers, "taken": self.lights},
