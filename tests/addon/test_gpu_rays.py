@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Rays on the graphics card: as the definition has them, and as Embree does."""
 
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 
 import bpy
@@ -155,3 +156,24 @@ def test_surfaces_with_an_alpha_stay_with_embree(caplog):
 def test_a_driver_in_software_leaves_rays_to_embree(gpu):
     if gpu.software:
         assert gpu_rays(Geometry(shapes.scene([shapes.plate(0, 1)])), gpu) is None
+
+
+def test_the_main_thread_asks_the_card_and_others_embree(gpu, monkeypatch):
+    tracer = shapes.tracer([shapes.plate(0, 1)])
+    card = GpuRays(tracer.geometry, gpu)
+    monkeypatch.setattr("gi_bake.gi_core.trace.gpu_rays", lambda geometry, device: card)
+    monkeypatch.setattr("gi_bake.gi_core.trace._WORTH", 100)
+    asked = []
+    for name in ("closest", "occluded"):
+        query = getattr(card, name)
+        monkeypatch.setattr(card, name, lambda *a, name=name, query=query: asked.append(name) or query(*a))
+    origins, directions, far = rays(100, 1)
+    here = tracer.closest(origins, directions), tracer.occluded(origins, directions, far)
+    assert asked == ["closest", "occluded"]
+    with ThreadPoolExecutor(1) as pool:
+        there = pool.submit(tracer.closest, origins, directions), pool.submit(tracer.occluded, origins, directions, far)
+        there = [future.result() for future in there]
+    tracer.closest(origins[:99], directions[:99])
+    assert len(asked) == 2
+    assert np.array_equal(here[0].triangle, there[0].triangle) and np.array_equal(here[1], there[1])
+    assert np.allclose(here[0].distance, there[0].distance) and here[0].weights.shape == (100, 3)

@@ -4,8 +4,8 @@
 
 python tests/benchmarks/gpu_gather.py [--json FILE] [--points N]
 
-Both are timed in turns, and the ratio is the median of the turns': what else a machine does hits both. What is warm
-counts: shaders are compiled before.
+Both are timed in turns, and the ratio is the median of the turns': what else a machine does hits both. The ratio of
+processor time says on a driver in software what the ratio would be on a quiet machine. Shaders are compiled before.
 """
 
 import argparse
@@ -21,9 +21,14 @@ import numpy as np
 from gi_bake.addon import gpu_context
 from gi_bake.gi_core.device import NUMPY
 from gi_bake.gi_core.gathering import Every, Strided, gather
+from gi_bake.gi_core.geometry import Geometry
+from gi_bake.gi_core.gpu_rays import GpuRays
+from gi_bake.gi_core.kernels.lattice import agreeing, mixed, rows_of
 from gi_bake.gi_core.sampling import Samples
-from gi_bake.gi_core.surfels import Surfels
+from gi_bake.gi_core.scene import ColorSource, Instance, Material, Mesh, Scene
+from gi_bake.gi_core.surfels import TILE, Surfels
 from gi_bake.gi_core.tiles import finish
+from gi_bake.gi_core.trace import Tracer
 from gi_bake.gi_core.vpls import Vpls
 
 _TURNS = 3
@@ -50,7 +55,8 @@ def gathers(points: int) -> dict[str, Callable]:
 
     def gathering(vpls, pattern, candidates=1):
         def work(device):
-            return finish(gather(SimpleNamespace(device=device), here, vpls, pattern, False, candidates=candidates))
+            tracer = SimpleNamespace(device=device, on_card=None)
+            return finish(gather(tracer, here, vpls, pattern, False, candidates=candidates))
 
         return work
 
@@ -62,22 +68,64 @@ def gathers(points: int) -> dict[str, Callable]:
     }
 
 
+def interpolation(side: int) -> Callable:
+    """Agreement with the lattice and the mix, at every pixel of a bumpy square."""
+    rng = np.random.default_rng(2)
+    n, size, step = side * side, (side, side), 4
+    place = np.arange(n)
+    position = np.stack([place % side, place // side, 0.1 * rng.random(n)], -1).astype(np.float32)
+    normal = (unit(rng, n) * 0.1 + np.float32([0, 0, 1])).astype(np.float32)
+    light, span = rng.random((n, 3), np.float32), np.full(n, step, np.float32)
+
+    def work(device):
+        points = place, device.array(position, 3), device.array(normal, 3), span, rows_of(place, size, step)
+        found = finish(device.each(lambda part: device.run(agreeing, *points, size, step, part), n, TILE))
+        return device.numpy(finish(device.each(lambda part: device.run(mixed, light, *found[:2], part), n, TILE)))
+
+    return work
+
+
+def shadow_rays(gpu, n: int) -> tuple[Callable, int]:
+    """Shadow rays all over a bumpy plate, by Embree on all cores and in GLSL; the plate's triangles."""
+    k = 300
+    x, y = np.meshgrid(np.linspace(0, 1, k), np.linspace(0, 1, k))
+    vertices = np.dstack([x, y, 0.1 * np.sin(40 * x) * np.cos(43 * y)]).reshape(-1, 3).astype(np.float32)
+    i = np.arange(k * k).reshape(k, k)
+    a, b, c, d = (q.ravel() for q in (i[:-1, :-1], i[:-1, 1:], i[1:, 1:], i[1:, :-1]))
+    triangles = np.concatenate([np.stack([a, b, c], -1), np.stack([a, c, d], -1)]).astype(np.int32)
+    normals, slots = np.zeros((len(triangles), 3, 3), np.float32), np.zeros(len(triangles), np.int32)
+    mesh = Mesh("bumps", vertices, triangles, normals, slots)
+    white = Material("white", ColorSource(np.ones(3, np.float32)))
+    geometry = Geometry(Scene((mesh,), (Instance("bumps", 0, np.eye(4), (0,)),), (white,)))
+    tracer, card = Tracer(geometry), GpuRays(geometry, gpu)
+    rng = np.random.default_rng(3)
+    origins = rng.uniform((0, 0, -0.1), (1, 1, 0.3), (n, 3)).astype(np.float32)
+    directions, far = unit(rng, n), np.ones(n, np.float32)
+
+    def work(device):
+        if device is not NUMPY:
+            return card.occluded(origins, directions, far)
+        return finish(device.each(lambda p: tracer.occluded(origins[p], directions[p], far[p]), n, TILE))
+
+    return work, len(triangles)
+
+
 def compared(work: Callable, gpu) -> dict[str, float]:
     """Medians over turns of numpy and the card."""
 
     def seconds(device):
-        begin = time.perf_counter()
+        begin, busy = time.perf_counter(), time.process_time()
         work(device)
-        return time.perf_counter() - begin
+        return time.perf_counter() - begin, time.process_time() - busy
 
     work(gpu)
     turns = []
     for _ in range(_TURNS):
         moved = gpu.moved
-        slow, fast = seconds(NUMPY), seconds(gpu)
-        turns.append((slow, fast, slow / fast, gpu.moved - moved))
-    slow, fast, ratio, moved = (statistics.median(column) for column in zip(*turns))
-    return {"numpy [s]": slow, "GPU [s]": fast, "ratio": ratio, "moved [MB]": moved / 1e6}
+        (slow, slow_busy), (fast, fast_busy) = seconds(NUMPY), seconds(gpu)
+        turns.append((slow, fast, slow / fast, slow_busy / fast_busy, (gpu.moved - moved) / 1e6))
+    names = "numpy [s]", "GPU [s]", "ratio", "of processor time", "moved [MB]"
+    return dict(zip(names, (statistics.median(column) for column in zip(*turns))))
 
 
 def main():
@@ -88,7 +136,11 @@ def main():
     gpu, why_not = gpu_context.device("gpu")
     if why_not:
         raise SystemExit(why_not)
-    rows = {name: compared(work, gpu) for name, work in gathers(asked.points).items()}
+    works = gathers(asked.points)
+    works["interpolation, agreement and mix, 512 × 512"] = interpolation(512)
+    rays, triangles = shadow_rays(gpu, 1 << 19)
+    works[f"rays: Embree (for numpy), GLSL, {triangles} triangles, 2¹⁹ shadow rays"] = rays
+    rows = {name: compared(work, gpu) for name, work in works.items()}
     if asked.json:
         asked.json.write_text(json.dumps({"device": gpu.name, "cores": os.cpu_count(), "rows": rows}, indent=1))
     columns = list(next(iter(rows.values())))
