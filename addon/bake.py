@@ -202,7 +202,7 @@ def bake(
         emitted = yield from stages.follow(work, 0, _MAPS, {"maps": 1.0})
 
     margin, unit = _margin(settings, camera)
-    cutting = cut(receivers, (settings.memory << 20) // POINT_BYTES, margin, unit)
+    cutting = cut(receivers, min((settings.memory << 20) // POINT_BYTES, device.most), margin, unit)
     whole, done = sum(np.prod(tile.shape) for tile in cutting), 0.0
     canvases: dict[str, dict[str, np.ndarray]] = {receiver.name: {} for receiver in receivers}
     names, reused, estimates = _kept_layers(settings, camera), [], []

@@ -41,7 +41,7 @@ _SWIZZLE = {1: "x", 2: "xy", 3: "xyz", 4: "xyzw"}
 class NumpyDevice:
     """The processor: arrays are numpy's, kernels are called as they are."""
 
-    name, software = "cpu", True
+    name, software, most = "cpu", True, 1 << 62
 
     def array(self, values: np.ndarray, channels: int) -> np.ndarray:
         """Values where kernels run; see `GpuDevice.array`."""
@@ -125,7 +125,8 @@ class GpuDevice:
     """The graphics card, or what stands in for it. To be made and used on the main thread, where there is a context.
 
     name: what Blender calls it. software: whether the processor does its work. bytes: in textures now; peak: so far, to
-    be set back by whoever asks. budget: bytes beyond which no texture is kept for later.
+    be set back by whoever asks. budget: bytes beyond which no texture is kept for later. most: points that an array may
+    be about, of four items each.
     """
 
     def __init__(self):
@@ -139,6 +140,7 @@ class GpuDevice:
         self._waiting: list[Callable[[], None]] = []
         self.moved = self.bytes = self.peak = 0
         self.budget = 1 << 30
+        self.most = _WIDTH * gpu.capabilities.max_texture_size_get() // 4
         self._fence = gpu.types.GPUTexture((1, 1), format="R32F")
 
     def array(self, values: np.ndarray | GpuArray, channels: int) -> GpuArray:
@@ -300,9 +302,10 @@ class GpuDevice:
         lines += [(folder / f"{name}.glsl").read_text() for name in (*with_sources, source)]
         lines.append(
             f"void main() {{ int i = first_ + int(gl_GlobalInvocationID.y) * {_GROUP * _ROW} "
-            "+ int(gl_GlobalInvocationID.x); if (i < last_) { kernel(i); } }"
+            "+ int(gl_GlobalInvocationID.x); if (i < last_) { kernel_(i); } }"
         )
-        info.compute_source("\n".join(lines))
+        # `kernel` is a word of Metal's own.
+        info.compute_source("\n".join(lines).replace("void kernel(", "void kernel_("))
         return self._gpu.shader.create_from_info(info)
 
 

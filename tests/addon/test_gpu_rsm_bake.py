@@ -104,3 +104,24 @@ def test_textures_that_are_gone_do_not_count(gpu):
     assert gpu.bytes == before + 16000  # one is kept
     forgotten(gpu)
     assert gpu.bytes == before
+
+
+def test_a_card_of_small_textures_takes_more_tiles(gpu, sample, monkeypatch):
+    bpy.ops.wm.open_mainfile(filepath=str(sample("cornell")))
+    job = Job(resolution=48, settings=replace(SETTINGS, device="gpu"))
+    most = []
+    array = type(gpu).array
+
+    def watched(self, values, channels, *more):
+        most.append(len(values) if isinstance(values, np.ndarray) and values.ndim == 3 else 0)
+        return array(self, values, channels, *more)
+
+    monkeypatch.setattr(type(gpu), "array", watched)
+    _, whole = light_of(job)
+    rows = max(most)
+    most.clear()
+    monkeypatch.setattr(gpu, "most", 1)
+    _, cut = light_of(job)
+    assert max(most) < rows
+    for name, light in whole.items():
+        assert relmse(cut[name].astype(np.float64), light.astype(np.float64)) <= 1e-7, name
