@@ -180,7 +180,7 @@ def bake(
     if job.method == "ssgi" and cameras == [None]:
         raise Refused([preflight.no_camera(scene)])
     with stages.time("device"):
-        device, why_not = gpu_context.device(job.settings.device)
+        device, why_not = gpu_context.device(job.settings.device, job.settings.memory << 20)
     with stages.time("trees"):
         tracer = Tracer(Geometry(core), device)
 
@@ -206,7 +206,7 @@ def bake(
         emitted = yield from stages.follow(work, 0, _MAPS, {"maps": 1.0})
 
     margin, unit = _margin(settings, camera)
-    cutting = cut(receivers, (settings.memory << 20) // POINT_BYTES, margin, unit)
+    cutting = cut(receivers, min((settings.memory << 20) // POINT_BYTES, device.most), margin, unit)
     whole, done = sum(np.prod(tile.shape) for tile in cutting), 0.0
     canvases: dict[str, dict[str, np.ndarray]] = {receiver.name: {} for receiver in receivers}
     names, reused, estimates = _kept_layers(settings, camera), [], []

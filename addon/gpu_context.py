@@ -24,11 +24,11 @@ _PATIENCE = 120
 _LINUX_CARDS = ("/dev/dri", "/dev/nvidia0")
 
 
-def device(wanted: str) -> tuple[Device, str]:
+def device(wanted: str, memory: int = 1 << 30) -> tuple[Device, str]:
     """What to compute on, and why it is not the graphics card where one is wanted. On the main thread.
 
     wanted: "cpu", "gpu", or "auto": the graphics card where there is one. A driver that computes on the processor
-    itself counts for "gpu" only.
+    itself counts for "gpu" only. memory: bytes of the card's that it may keep for later.
     """
     if wanted == "cpu" or (wanted == "auto" and not _may_have_card()):
         return NUMPY, ""
@@ -36,6 +36,7 @@ def device(wanted: str) -> tuple[Device, str]:
     if reason:
         return NUMPY, reason
     found = _gpu()
+    found.budget = memory
     return (NUMPY if wanted == "auto" and found.software else found), ""
 
 

@@ -41,7 +41,7 @@ _SWIZZLE = {1: "x", 2: "xy", 3: "xyz", 4: "xyzw"}
 class NumpyDevice:
     """The processor: arrays are numpy's, kernels are called as they are."""
 
-    name, software = "cpu", True
+    name, software, most = "cpu", True, 1 << 62
 
     def array(self, values: np.ndarray, channels: int, nowhere: float | None = None) -> np.ndarray:
         """Values where kernels run; see `GpuDevice.array`."""
@@ -83,7 +83,7 @@ class GpuArray:
     shape: tuple[int, ...]
     channels: int
     kind: np.dtype
-    pool: list
+    pool: "list | _Gone"
     whole: "GpuArray | None" = None
 
     def __len__(self) -> int:
@@ -110,6 +110,17 @@ class GpuArray:
         return int(np.prod(self.shape, dtype=np.int64)) // self.channels
 
 
+@dataclass(frozen=True)
+class _Gone:
+    """Where textures go that are not used again."""
+
+    device: "GpuDevice"
+    size: int
+
+    def append(self, texture):
+        self.device.bytes -= self.size
+
+
 @dataclass
 class _Program:
     """A compiled shader. rate: steps that it does in a second."""
@@ -122,7 +133,9 @@ class _Program:
 class GpuDevice:
     """The graphics card, or what stands in for it. To be made and used on the main thread, where there is a context.
 
-    name: what Blender calls it. software: whether the processor does its work. bytes: in textures now.
+    name: what Blender calls it. software: whether the processor does its work. bytes: in textures now; peak: so far, to
+    be set back by whoever asks. budget: bytes beyond which no texture is kept for later. most: points that an array may
+    be about, of four items each.
     """
 
     def __init__(self):
@@ -134,7 +147,9 @@ class GpuDevice:
         self._programs: dict[object, _Program] = {}
         self._pools: dict[tuple, list] = {}
         self._waiting: list[Callable[[], None]] = []
-        self.moved = 0
+        self.moved = self.bytes = self.peak = 0
+        self.budget = 1 << 30
+        self.most = _WIDTH * gpu.capabilities.max_texture_size_get() // 4
         self._fence = gpu.types.GPUTexture((1, 1), format="R32F")
 
     def array(self, values: np.ndarray | GpuArray, channels: int, nowhere: float | None = None) -> GpuArray:
@@ -157,8 +172,8 @@ class GpuDevice:
         data[:items, :channels] = values.reshape(items, channels)
         self.moved += data.nbytes
         buffer = self._gpu.types.Buffer("FLOAT", data.size, data.ravel())
-        texture = self._gpu.types.GPUTexture((width, height), format=_FORMATS[channels], data=buffer)
-        return GpuArray(texture, values.shape, channels, kind, [])
+        texture = self._texture((width, height, _FORMATS[channels]), data=buffer)
+        return GpuArray(texture, values.shape, channels, kind, _Gone(self, data.nbytes))
 
     def numpy(self, values: GpuArray | np.ndarray) -> np.ndarray:
         """Values on the processor, once all that makes them is done."""
@@ -188,8 +203,18 @@ class GpuDevice:
         """An array of whatever was there."""
         key = (*_extent(int(np.prod(shape, dtype=np.int64)) // channels), _FORMATS[channels])
         pool = self._pools.setdefault(key, [])
-        texture = pool.pop() if pool else self._gpu.types.GPUTexture(key[:2], format=key[2])
+        texture = pool.pop() if pool else self._texture(key)
         return GpuArray(texture, shape, channels, np.dtype(kind), pool)
+
+    def _texture(self, key: tuple[int, int, str], **more):
+        """A new texture of a width, a height and a format."""
+        if self.bytes + _size(key) > self.budget:
+            for kept, pool in self._pools.items():
+                self.bytes -= len(pool) * _size(kept)
+                pool.clear()
+        self.bytes += _size(key)
+        self.peak = max(self.peak, self.bytes)
+        return self._gpu.types.GPUTexture(key[:2], format=key[2], **more)
 
     def dispatch(
         self,
@@ -291,9 +316,10 @@ class GpuDevice:
         lines += [(folder / f"{name}.glsl").read_text() for name in (*with_sources, source)]
         lines.append(
             f"void main() {{ int i = first_ + int(gl_GlobalInvocationID.y) * {_GROUP * _ROW} "
-            "+ int(gl_GlobalInvocationID.x); if (i < last_) { kernel(i); } }"
+            "+ int(gl_GlobalInvocationID.x); if (i < last_) { kernel_(i); } }"
         )
-        info.compute_source("\n".join(lines))
+        # `kernel` is a word of Metal's own.
+        info.compute_source("\n".join(lines).replace("void kernel(", "void kernel_("))
         return self._gpu.shader.create_from_info(info)
 
 
@@ -303,6 +329,11 @@ Device = NumpyDevice | GpuDevice
 def _extent(items: int) -> tuple[int, int]:
     """Width and height of a texture of so many texels."""
     return min(max(items, 1), _WIDTH), max(1, -(-items // _WIDTH))
+
+
+def _size(key: tuple[int, int, str]) -> int:
+    """Bytes of a texture of a width, a height and a format."""
+    return 4 * key[0] * key[1] * {"R32F": 1, "RG32F": 2, "RGBA32F": 4}[key[2]]
 
 
 def _given(setter: Callable, name: str, value):

@@ -9,7 +9,7 @@ import numpy as np
 from . import environment as beyond
 from . import tiles
 from .environment import Sky
-from .gathering import gathered, strided
+from .gathering import Strided, gathered
 from .lights import towards
 from .near import NearField, short_rays, summed
 from .sampling import Samples, cosine_hemisphere, hash01, r2_sequence, rotated
@@ -119,7 +119,7 @@ def from_surroundings(tracer: Tracer, surfels: Surfels, samples: Samples, seed: 
     glow = tracer.glow
     if len(glow):
         field = NearField.of(glow, samples)
-        pattern = strided(glow, samples, seed, _CANDIDATES)
+        pattern = Strided.of(glow, samples, seed, _CANDIDATES)
         irradiance += gathered(tracer, surfels, glow, pattern, bound=field.clamp, candidates=_CANDIDATES)
         row, met, share = short_rays(tracer, surfels, field, seed)
         irradiance += summed(row, np.pi * met.emission * share[:, None], len(surfels)) / field.rays.count

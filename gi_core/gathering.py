@@ -2,25 +2,47 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Gathering: irradiance at surfels from virtual point lights, with shadow rays between them."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from . import tiles
-from .kernels.vpl_transfer import transfer
+from .device import NUMPY, Device
+from .kernels.vpl_gather import added, chosen, unshadowed
+from .kernels.vpl_shadowed import shadowed
 from .sampling import Samples, hash01
 from .surfels import Surfels
 from .trace import Tracer
 from .vectors import dot
-from .vpls import Vpls
+from .vpls import Packed, Vpls
 
 # Pairs of surfel and light worked on at once by a thread: arrays that stay within a core's cache and some 50 MB of
 # memory.
 _PAIRS = 1 << 16
 
-# For the surfels of a tile: which lights (n, s), and by what factor (n, s) or a scalar each counts.
-Pattern = Callable[[Surfels], tuple[np.ndarray, np.ndarray | float]]
+# Pairs worked on at once by a graphics card, 16 bytes each.
+_DEVICE_PAIRS = 1 << 22
+
+# Whole numbers beyond are not exact in single precision, in which a graphics card counts lights.
+_DEVICE_LIGHTS = 1 << 24
+
+
+class Pattern(Protocol):
+    """Which lights points look at: an object that is called with Surfels, and gives index (n, s), −1 for none, and the
+    factor by which each counts, (n, s) or a scalar.
+
+    lights: s. sources: the files in kernels/ that compute the same.
+    """
+
+    lights: int
+    sources: tuple[str, ...]
+
+    def __call__(self, here: Surfels) -> tuple[np.ndarray, np.ndarray | float]: ...
+
+    def on_gpu(self, gpu, here: Surfels, place) -> tuple[dict, dict[str, int], dict[str, float]]:
+        """What its sources need beside the points' places: inputs, integers and floats, see `GpuDevice.dispatch`."""
 
 
 @dataclass(frozen=True)
@@ -45,46 +67,26 @@ def gathered(
 ) -> np.ndarray:
     """Irradiance that the pattern's lights send to each surfel, all pairs at once: (n, 3) float32 [W/m²].
 
-    candidates: of so many lights that follow each other in the pattern one gets the shadow ray, see `resampled`.
+    candidates: of so many lights that follow each other in the pattern one gets the shadow ray, see `chosen`.
     """
-    index, factor = pattern(here)
-    area = vpls.area[index] if bound.area is None else np.float32(bound.area)
-    there = vpls.position[index], vpls.normal[index]
-    pairs = transfer(here.position[:, None], here.normal[:, None], *there, area, bound.kind)
-    pairs = np.where(index >= 0, pairs * factor, 0).astype(np.float32)
-    if candidates > 1:
-        index, pairs = resampled(index, pairs, vpls, candidates, here.place)
-    if visibility:
-        row, column = np.nonzero(pairs)
-        origin, target = here.origin[row], vpls.origin[index[row, column]]
-        # A surface's back is dark, whatever its shading normal says.
-        seen = dot(target - origin, here.face[row]) > 0
-        seen[seen] = tracer.connected(origin[seen], target[seen])
-        pairs[row[~seen], column[~seen]] = 0
-    return np.einsum("ns,nsc->nc", pairs, vpls.flux[index])
+    return _gathered(tracer, here, vpls, Packed.of(vpls, bound.area), pattern, visibility, bound.kind, candidates)
 
 
-def resampled(
-    index: np.ndarray, pairs: np.ndarray, vpls: Vpls, candidates: int, place: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """One light for every so many candidates, drawn in proportion to what it brings where nothing shades it.
+def _gathered(tracer, here, vpls, lights, pattern, visibility, bound, candidates) -> np.ndarray:
+    picked = chosen(here, lights, pattern, bound, candidates)
+    return _seen(tracer, here, vpls, picked) if visibility else added(picked, vpls.flux)
 
-    Resampled importance sampling (Talbot, Cline & Egbert 2005): the survivor stands for the sum of its group, so that
-    the mean stays what it is and rays go where light comes from.
 
-    index, pairs: (n, s) lights and their irradiance over flux; place: (n,) seeds the draw. Returns the same of the
-    survivors, (n, s / candidates).
-    """
-    groups = (len(index), index.shape[1] // candidates, candidates)
-    index, pairs = index.reshape(groups), pairs.reshape(groups)
-    brought = np.cumsum(pairs * vpls.brightness[index], -1)
-    total = brought[..., -1]
-    u = hash01(place[:, None] * total.shape[1] + np.arange(total.shape[1]), candidates)
-    # Never the last one by rounding where it brings nothing.
-    survivor = np.argmax(brought > (u * total)[..., None], -1)[..., None]
-    index = np.take_along_axis(index, survivor, -1)[..., 0]
-    brightness = vpls.brightness[index]
-    return index, np.divide(total, brightness, out=np.zeros_like(total), where=brightness > 0)
+def _seen(tracer: Tracer, here: Surfels, vpls: Vpls, picked: np.ndarray) -> np.ndarray:
+    """Irradiance from those of the picked lights that are in sight: (s, n, 2) -> (n, 3)."""
+    index, weight = picked[..., 0], picked[..., 1]
+    pair = np.nonzero(weight)
+    origin, target = here.origin[pair[1]], vpls.origin[index[pair].astype(np.int32)]
+    # A surface's back is dark, whatever its shading normal says.
+    seen = dot(target - origin, here.face[pair[1]]) > 0
+    seen[seen] = tracer.connected(origin[seen], target[seen])
+    weight[tuple(a[~seen] for a in pair)] = 0
+    return added(picked, vpls.flux)
 
 
 def gather(
@@ -92,42 +94,101 @@ def gather(
     surfels: Surfels,
     vpls: Vpls,
     pattern: Pattern,
-    samples: int,
     visibility: bool = True,
     bound: Bound = Bound(),
     candidates: int = 1,
 ) -> Iterator[float]:
-    """The same for any number of surfels, tile by tile. A generator of progress; returns (n, 3) float32 [W/m²].
-
-    samples: how many lights the pattern picks, which sets the tile's size.
-    """
+    """The same for any number of surfels, tile by tile, on the tracer's device. A generator of progress; returns (n, 3)
+    float32 [W/m²]."""
     irradiance = np.zeros((len(surfels), 3), np.float32)
     if not len(vpls) or not len(surfels):
         return irradiance
+    device = tracer.device if len(vpls) < _DEVICE_LIGHTS else NUMPY
+    lights = Packed.of(vpls, bound.area)
+    if device is not NUMPY:
+        lights = lights.on(device)
+        # Of the lights of all no list is made where they are not asked for one by one.
+        samples = 1 if isinstance(pattern, Every) and not visibility else pattern.lights // candidates
+        parts = tiles.slices(len(surfels), _DEVICE_PAIRS // samples)
+        for k, part in enumerate(parts):
+            work = _on_device(device, tracer, surfels[part], vpls, lights, pattern, visibility, bound.kind, candidates)
+            irradiance[part] = yield from tiles.within(k / len(parts), (k + 1) / len(parts), work)
+        return irradiance
 
     def tile(part: slice):
-        irradiance[part] = gathered(tracer, surfels[part], vpls, pattern, visibility, bound, candidates)
+        here = surfels[part]
+        irradiance[part] = _gathered(tracer, here, vpls, lights, pattern, visibility, bound.kind, candidates)
 
-    yield from tiles.run(tile, tiles.slices(len(surfels), _PAIRS // samples))
+    yield from tiles.run(tile, tiles.slices(len(surfels), _PAIRS // pattern.lights))
     return irradiance
 
 
-def every(vpls: Vpls) -> Pattern:
+def _on_device(device: Device, tracer, here, vpls, lights, pattern, visibility, bound, candidates) -> Iterator[float]:
+    """Irradiance at surfels, all at once but for Embree's rays. A generator of progress; returns (n, 3) float32."""
+    asked = here, lights, pattern, bound, candidates
+    if not visibility:
+        return device.numpy((yield from device.each(lambda _: device.run(unshadowed, *asked), len(here), len(here))))
+    if tracer.on_card:
+
+        def work(_):
+            picked = device.run(chosen, *asked)
+            seen = device.run(shadowed, picked, here.origin, here.face, lights.origin, tracer.on_card.bvh)
+            return device.run(added, seen, lights.flux)
+
+        return device.numpy((yield from device.each(work, len(here), len(here))))
+    picked = device.numpy((yield from device.each(lambda _: device.run(chosen, *asked), len(here), len(here))))
+    irradiance = np.zeros((len(here), 3), np.float32)
+
+    def tile(part: slice):
+        irradiance[part] = _seen(tracer, here[part], vpls, picked[:, part])
+
+    yield from tiles.run(tile, tiles.slices(len(here), _PAIRS // len(picked)))
+    return irradiance
+
+
+@dataclass(frozen=True)
+class Every:
     """The reference: each point gathers from all lights."""
-    index = np.arange(len(vpls))
-    return lambda here: (np.broadcast_to(index, (len(here), len(vpls))), 1.0)
+
+    lights: int
+    sources = ("vpl_every",)
+
+    def __call__(self, here: Surfels):
+        return np.broadcast_to(np.arange(self.lights), (len(here), self.lights)), 1.0
+
+    def on_gpu(self, gpu, here: Surfels, place):
+        return {}, {}, {}
 
 
-def strided(vpls: Vpls, samples: Samples, seed: int, candidates: int = 1) -> Pattern:
+@dataclass(frozen=True)
+class Strided:
     """Each point takes every k-th light from a start of its own; for lights of equal brightness (`vpls.equalized`).
 
-    candidates: lights for each sample.
+    lights: that a point takes, of `count`. shift: of these in the gaps between others, 0…1.
     """
-    step = len(vpls) / (samples.count * candidates)
 
-    def pattern(here: Surfels):
-        start = (hash01(here.place, seed)[:, None] + np.float32(samples.shift())) % 1
-        index = ((np.arange(samples.count * candidates) + start) * step).astype(np.int64)
-        return np.minimum(index, len(vpls) - 1), step
+    lights: int
+    count: int
+    shift: float
+    seed: int
+    sources = ("vpl_strided",)
 
-    return pattern
+    @staticmethod
+    def of(vpls: Vpls, samples: Samples, seed: int, candidates: int = 1) -> "Strided":
+        """candidates: lights for each sample."""
+        return Strided(samples.count * candidates, len(vpls), samples.shift(), seed)
+
+    @property
+    def stride(self) -> np.float32:
+        return np.float32(self.count / self.lights)
+
+    def __call__(self, here: Surfels):
+        # In single precision throughout, so that every device finds the same lights.
+        lights = np.arange(self.lights, dtype=np.float32) + self._start(here)[:, None]
+        return np.minimum((lights * self.stride).astype(np.int64), self.count - 1), self.stride
+
+    def on_gpu(self, gpu, here: Surfels, place):
+        return {"start": (self._start(here), 1)}, {"count": self.count}, {"stride": float(self.stride)}
+
+    def _start(self, here: Surfels) -> np.ndarray:
+        return (hash01(here.place, self.seed) + np.float32(self.shift)) % 1

@@ -1,12 +1,15 @@
 # SPDX-FileCopyrightText: 2026 GI Bake authors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Rays against a scene's triangles, through Intel Embree (embreex).
+"""Rays against a scene's triangles, through Intel Embree (embreex), or on a graphics card.
 
 A call works on the thread it is made from and lets go of the interpreter while Embree runs, so callers that cut
-their work into tiles (`tiles.run`) use every core.
+their work into tiles (`tiles.run`) use every core. A card takes large numbers of rays from the main thread, the only
+one that reaches it; what both find is the same but for rounding.
 """
 
+import threading
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from embreex.mesh_construction import TriangleMesh
@@ -16,10 +19,14 @@ from .device import NUMPY, Device
 from .emitters import emitters
 from .environment import parted
 from .geometry import Geometry
+from .gpu_rays import GpuRays, gpu_rays
 from .sampling import hash01
 from .vectors import dot, length, offset
 
 FAR = np.float32(1e30)
+
+# Rays for which it is worth to send them to a card.
+_WORTH = 1 << 17
 
 # Surfaces with an alpha that a ray goes through at the most, should it ever meet the same one again and again.
 _LAYERS = 256
@@ -94,9 +101,21 @@ class Tracer:
         self._solid = _Triangles(geometry, np.flatnonzero(~clear) if clear.any() else None)
         self._clear = _Triangles(geometry, np.flatnonzero(clear))
 
+    @cached_property
+    def on_card(self) -> GpuRays | None:
+        """The triangles on the device, None where rays are Embree's alone. To be asked for on the main thread."""
+        return gpu_rays(self.geometry, self.device)
+
+    def _ask_card(self, rays: int) -> bool:
+        is_main = threading.current_thread() is threading.main_thread()
+        return rays >= _WORTH and is_main and self.on_card is not None
+
     def closest(self, origins: np.ndarray, directions: np.ndarray, far: float = FAR) -> Hits:
         """The nearest hit of each ray, no further than far [m]: (n, 3), (n, 3) unit directions -> Hits."""
-        hits = self._solid.closest(origins, directions, np.full(len(origins), far, np.float32))
+        far = np.full(len(origins), far, np.float32)
+        if self._ask_card(len(origins)):
+            return Hits(*self.on_card.closest(origins, directions, far))
+        hits = self._solid.closest(origins, directions, far)
         if self._clear.empty:
             return hits
         _, nearer = self._through(origins, directions, hits.distance, _drawn(origins, directions))
@@ -107,6 +126,8 @@ class Tracer:
 
     def occluded(self, origins: np.ndarray, directions: np.ndarray, far: np.ndarray) -> np.ndarray:
         """Whether anything stops the ray between the origin and the far distance: (n, 3), (n, 3), (n,) -> (n,) bool."""
+        if self._ask_card(len(origins)):
+            return self.on_card.occluded(origins, directions, far)
         blocked = self._solid.occluded(origins, directions, far)
         if not self._clear.empty:
             free = np.flatnonzero(~blocked)

@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from .device import Device
 from .sampling import morton, systematic
 from .vectors import lit
 
@@ -44,6 +45,29 @@ class Vpls:
     def concatenate(parts: "list[Vpls]") -> "Vpls":
         empty = Vpls(*(np.zeros((0, 3), np.float32) for _ in range(4)), np.zeros(0, np.float32))
         return Vpls(*(np.concatenate([getattr(p, f.name) for p in [empty, *parts]]) for f in fields(Vpls)))
+
+
+@dataclass(frozen=True)
+class Packed:
+    """Lights as kernels read them, in few fetches; numpy arrays or the device's.
+
+    at: (m, 4) position and area [m²]. axis: (m, 4) normal and brightness. flux, origin: (m, 3).
+    """
+
+    at: np.ndarray
+    axis: np.ndarray
+    flux: np.ndarray
+    origin: np.ndarray
+
+    @staticmethod
+    def of(vpls: Vpls, area: float | None = None) -> "Packed":
+        """area: of all [m²], None for each light's own."""
+        area = vpls.area if area is None else np.full(len(vpls), area, np.float32)
+        at, axis = (np.column_stack(a) for a in ((vpls.position, area), (vpls.normal, vpls.brightness)))
+        return Packed(at, axis, vpls.flux, vpls.origin)
+
+    def on(self, device: Device) -> "Packed":
+        return Packed(*(device.array(getattr(self, f.name), getattr(self, f.name).shape[1]) for f in fields(self)))
 
 
 def coherent(vpls: Vpls) -> np.ndarray:

@@ -13,13 +13,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..gathering import Bound, every, gather, strided
+from ..gathering import Bound, Every, Strided, gather
 from ..near import NearField
 from ..sampling import Samples
 from ..surfels import Surfels
 from ..trace import Tracer
 from ..vpls import Vpls, coherent, equalized
-from .disk import disk_pattern
+from .disk import Disk
 from .importance import chosen
 from .maps import Map, render, trace_flux
 from .near import near_light
@@ -127,27 +127,27 @@ def indirect(
     samples: those of one pass of several, whose mean is the estimate; None for `settings.samples` at once.
     """
     samples = samples or Samples(settings.samples)
-    n, seed, visibility = samples.count, settings.seed, settings.visibility
+    seed, visibility = settings.seed, settings.visibility
     reflected, bound = lighting.reflected, _bound(settings)
     if not settings.pattern_per_point:
         surfels = replace(surfels, place=np.zeros_like(surfels.place))
     if settings.pattern == "all":
-        return (yield from gather(tracer, surfels, reflected, every(reflected), len(reflected), visibility, bound))
+        return (yield from gather(tracer, surfels, reflected, Every(len(reflected)), visibility, bound))
     m = settings.candidates
-    pattern = strided(reflected, samples, seed, m)
+    pattern = Strided.of(reflected, samples, seed, m)
     # Short rays find light of all lamps and in sight only: with maps apart or without shadow rays they do not fit.
     if settings.bound == "compensated" and settings.pattern == "flux" and visibility and len(reflected):
         field = NearField.of(reflected, samples)
         if bound.area is not None:
             field = replace(field, area=bound.area)
-        irradiance = yield from gather(tracer, surfels, reflected, pattern, n * m, visibility, field.clamp, m)
+        irradiance = yield from gather(tracer, surfels, reflected, pattern, visibility, field.clamp, m)
         irradiance += yield from near_light(tracer, surfels, field, settings.bounces, seed)
     else:
-        irradiance = yield from gather(tracer, surfels, reflected, pattern, n * m, visibility, bound, m)
+        irradiance = yield from gather(tracer, surfels, reflected, pattern, visibility, bound, m)
     each = samples.part(1 / max(1, len(lighting.maps)))
     for k, source in enumerate(lighting.maps):
-        pattern = disk_pattern(source, settings.disk_radius, each, settings.weighting == "literal", seed * 4096 + k)
-        irradiance += yield from gather(tracer, surfels, source.lights(), pattern, each.count, visibility, bound)
+        pattern = Disk.of(source, settings.disk_radius, each, settings.weighting == "literal", seed * 4096 + k)
+        irradiance += yield from gather(tracer, surfels, source.lights(), pattern, visibility, bound)
     return irradiance
 
 

@@ -120,7 +120,7 @@ def test_the_cameras_frame_is_the_one_that_is_set(sample):
 
 
 def test_what_is_not_there_is_refused_before_work(cornell):
-    for job in ({"method": "raytrace"}, {"target": "volume"}, {"settings": RsmSettings(device="gpu")}):
+    for job in ({"method": "raytrace"}, {"target": "volume"}):
         with pytest.raises(NotThere):
             Job(**job)
     with pytest.raises(SettingError):

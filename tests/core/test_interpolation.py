@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from gi_bake.gi_core import surfels, tiles
+from gi_bake.gi_core.kernels.lattice import lattice
 from gi_bake.gi_core.rsm import Lighting, indirect, interpolation
 from gi_bake.gi_core.rsm.settings import RsmSettings
 from gi_bake.gi_core.scene import Camera
@@ -160,7 +161,7 @@ def test_the_share_is_logged_and_progress_rises(caplog):
 @pytest.mark.parametrize("size, step", [((13, 7), 4), ((16, 9), 8), ((5, 5), 64), ((1, 3), 2)])
 def test_the_lattice_reproduces_what_is_linear(size, step):
     place = np.arange(size[0] * size[1])
-    around, weight = interpolation.lattice(place, size, step)
+    around, weight = lattice(place, size, step)
     for coordinate in (place % size[0], place // size[0]):
         assert np.allclose((weight * coordinate[around]).sum(-1), coordinate, atol=1e-5)
     assert np.allclose(weight.sum(-1), 1) and (weight >= 0).all()

@@ -2,13 +2,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """One light of several gets the shadow ray: the mean stays, the noise falls."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from gi_bake.gi_core import gathering
+from gi_bake.gi_core.kernels.vpl_gather import chosen
+from gi_bake.gi_core.refine import Goal, refined
 from gi_bake.gi_core.sampling import Samples
 from gi_bake.gi_core.surfels import Surfels
 from gi_bake.gi_core.tiles import finish
-from gi_bake.gi_core.vpls import Vpls
+from gi_bake.gi_core.vpls import Packed, Vpls
 from gi_bake.tests import shapes
 
 # A half-high wall between the lights of a ceiling and half of the floor.
@@ -32,17 +36,17 @@ def floor(x, n=40_000):
 
 
 def gathered(points, lights, candidates, samples=8, visibility=True):
-    pattern = gathering.strided(lights, Samples(samples), 1, candidates)
-    count = samples * candidates
-    return finish(gathering.gather(TRACER, points, lights, pattern, count, visibility, candidates=candidates))
+    pattern = gathering.Strided.of(lights, Samples(samples), 1, candidates)
+    return finish(gathering.gather(TRACER, points, lights, pattern, visibility, candidates=candidates))
 
 
 @pytest.mark.parametrize("x", [0.3, 1.5])
 @pytest.mark.parametrize("candidates", [2, 4, 7])
 def test_the_mean_is_that_of_all_lights_with_their_shadows(x, candidates):
     lights, points = ceiling(), floor(x)
-    every = finish(gathering.gather(TRACER, points[:1], lights, gathering.every(lights), len(lights)))
-    open_ = finish(gathering.gather(TRACER, points[:1], lights, gathering.every(lights), len(lights), False))
+    all_lights = gathering.Every(len(lights))
+    every = finish(gathering.gather(TRACER, points[:1], lights, all_lights))
+    open_ = finish(gathering.gather(TRACER, points[:1], lights, all_lights, False))
     # The wall counts.
     assert every[0, 0] < 0.9 * open_[0, 0]
     assert np.allclose(gathered(points, lights, candidates).mean(0), every[0], rtol=0.03)
@@ -65,3 +69,35 @@ def test_candidates_that_bring_nothing_do_no_harm():
     lights, points = ceiling(), floor(0.3)
     behind = Surfels(points.position, -points.normal, -points.face, points.albedo, points.emission, points.place)
     assert not gathered(behind, lights, 4).any()
+
+
+def test_passes_draw_their_survivors_anew():
+    """By one number for all passes, the light that a point takes of a group would be of the same rank every time."""
+    lights = ceiling()
+    lights = replace(lights, flux=np.ones_like(lights.flux))
+    # From so far below all lights bring the same.
+    points = floor(0, 2000)
+    points = replace(points, position=points.position - np.float32([0, 0, 500]))
+    ranks = []
+    for first in (0, 4):
+        pattern = gathering.Strided.of(lights, Samples(4, first), 1, 4)
+        drawn = chosen(points, Packed.of(lights), pattern, "disc", 4)[..., 0]
+        every = pattern(points)[0].reshape(2000, 4, 4)
+        ranks.append(np.argmax(every == drawn.T[..., None], -1))
+    # Independent draws of four equals agree in a quarter.
+    assert abs(np.mean(ranks[0] == ranks[1]) - 0.25) < 0.03
+
+
+def test_the_spread_of_passes_tells_the_noise():
+    lights, points = ceiling(), floor(1.5, 4000)
+    truth = finish(gathering.gather(TRACER, points[:1], lights, gathering.Every(len(lights)), False))
+
+    def one_pass(samples):
+        pattern = gathering.Strided.of(lights, samples, 1, 4)
+        light = yield from gathering.gather(TRACER, points, lights, pattern, False, candidates=4)
+        return light[:, None]
+
+    estimate = finish(refined(one_pass, Goal(32)))
+    error = np.mean(np.sum((estimate.values[:, 0] - truth) ** 2, -1))
+    # Passes lie in each other's gaps, so that their mean is a little better than their spread says.
+    assert 0.9 < np.mean(estimate.variance.sum(-1)) / error < 1.6

@@ -1,0 +1,127 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Whole bakes with RSM on the graphics card: the processor's result, in bounded memory."""
+
+from dataclasses import replace
+
+import bpy
+import numpy as np
+import pytest
+from gi_bake.addon.bake import Job, bake
+from gi_bake.gi_core.gpu_rays import GpuRays
+from gi_bake.gi_core.metrics import relmse
+from gi_bake.gi_core.rsm.settings import RsmSettings
+from gi_bake.gi_core.tiles import finish
+
+SETTINGS = RsmSettings(samples=16, map_resolution=64, light_samples=4)
+
+
+def light_of(job):
+    """Every light that a bake finds, by its name."""
+    result = finish(bake(bpy.context.scene, bpy.context.view_layer, job))
+    kinds = [(f"{name} {kind}", getattr(light, kind)) for name, light in result.light.items()
+             for kind in ("direct", "indirect")]  # fmt: skip
+    kinds += [(k, v) for k, v in result.layers.items() if k.startswith("Diffuse") and "Color" not in k]
+    return result.device, dict(kinds)
+
+
+def agrees(job):
+    device, expected = light_of(replace(job, settings=replace(job.settings, device="cpu")))
+    assert device == "cpu"
+    device, found = light_of(replace(job, settings=replace(job.settings, device="gpu")))
+    assert device.startswith("gpu")
+    for name, light in expected.items():
+        assert relmse(found[name].astype(np.float64), light.astype(np.float64)) <= 1e-5, name
+    assert max(light.mean() for name, light in expected.items() if name.lower().endswith("indirect")) > 1e-3
+
+
+@pytest.mark.parametrize("name", ["cornell", "emissive", "materials", "pan"])
+def test_an_image_as_the_processor_has_it(gpu, sample, name):
+    bpy.ops.wm.open_mainfile(filepath=str(sample(name)))
+    agrees(Job(resolution=48, settings=SETTINGS))
+
+
+@pytest.mark.parametrize("target", ["lightmap", "vertices"])
+def test_light_on_objects_as_the_processor_has_it(gpu, sample, target):
+    bpy.ops.wm.open_mainfile(filepath=str(sample("cornell")))
+    agrees(Job(target=target, resolution=32, settings=SETTINGS))
+
+
+def test_an_interpolated_image_as_the_processor_has_it(gpu, sample):
+    bpy.ops.wm.open_mainfile(filepath=str(sample("cornell")))
+    agrees(Job(resolution=64, settings=replace(SETTINGS, interpolation=4)))
+
+
+def test_all_rays_on_the_card(gpu, sample, monkeypatch):
+    """As a card that is one has it."""
+    on_card = []
+
+    def anywhere(geometry, device):
+        if device is gpu:
+            on_card.append(GpuRays(geometry, gpu))
+            return on_card[-1]
+
+    monkeypatch.setattr("gi_bake.gi_core.trace.gpu_rays", anywhere)
+    bpy.ops.wm.open_mainfile(filepath=str(sample("cornell")))
+    agrees(Job(target="lightmap", resolution=32, settings=SETTINGS))
+    assert len(on_card) == 1
+
+
+def peak(gpu, memory, target="lightmap", resolution=96, **more):
+    """Bytes on the card while something is baked, at the most."""
+    forgotten(gpu)
+    gpu.peak = gpu.bytes
+    job = Job(target=target, resolution=resolution, settings=replace(SETTINGS, device="gpu", memory=memory, **more))
+    finish(bake(bpy.context.scene, bpy.context.view_layer, job))
+    return gpu.peak
+
+
+def forgotten(gpu):
+    """Nothing that was kept for later is."""
+    budget, gpu.budget = gpu.budget, 0
+    gpu.array(np.zeros(1, np.float32), 1)
+    gpu.budget = budget
+
+
+# Lights of a bake: 131 072 in four textures of four floats.
+LIGHTS = 8 << 20
+
+
+@pytest.mark.parametrize("job", [{}, {"target": "image", "interpolation": 4}], ids=["lightmap", "image"])
+def test_memory_bounds_what_is_on_the_card(gpu, sample, job):
+    bpy.ops.wm.open_mainfile(filepath=str(sample("cornell")))
+    # A budget below all drops what would be kept from one tile to the next.
+    small, large = peak(gpu, 1, **job), peak(gpu, 1024, **job)
+    assert small <= LIGHTS + (2 << 20) < large
+
+
+def test_textures_that_are_gone_do_not_count(gpu):
+    forgotten(gpu)
+    before = gpu.bytes
+    there = [gpu.array(np.zeros((1000, 4), np.float32), 4), gpu.empty((1000, 4), 4)]
+    assert gpu.bytes == before + 2 * 16000
+    del there
+    assert gpu.bytes == before + 16000  # one is kept
+    forgotten(gpu)
+    assert gpu.bytes == before
+
+
+def test_a_card_of_small_textures_takes_more_tiles(gpu, sample, monkeypatch):
+    bpy.ops.wm.open_mainfile(filepath=str(sample("cornell")))
+    job = Job(resolution=48, settings=replace(SETTINGS, device="gpu"))
+    most = []
+    array = type(gpu).array
+
+    def watched(self, values, channels, *more):
+        most.append(len(values) if isinstance(values, np.ndarray) and values.ndim == 3 else 0)
+        return array(self, values, channels, *more)
+
+    monkeypatch.setattr(type(gpu), "array", watched)
+    _, whole = light_of(job)
+    rows = max(most)
+    most.clear()
+    monkeypatch.setattr(gpu, "most", 1)
+    _, cut = light_of(job)
+    assert max(most) < rows
+    for name, light in whole.items():
+        assert relmse(cut[name].astype(np.float64), light.astype(np.float64)) <= 1e-7, name
