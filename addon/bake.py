@@ -19,26 +19,25 @@ import bpy
 import numpy as np
 
 from ..gi_core import images, lpv, ssgi
+from ..gi_core.atlas import Page
 from ..gi_core.geometry import Geometry
-from ..gi_core.receivers import POINT_BYTES, Receiver, Tile, cut, guides, of_camera, of_texels, of_vertices
+from ..gi_core.receivers import POINT_BYTES, Receiver, Tile, cut, guides, of_camera, of_page, of_vertices
 from ..gi_core.refine import Estimate
 from ..gi_core.rsm.settings import RsmSettings
-from ..gi_core.scene import Camera
+from ..gi_core.scene import Camera, Scene
 from ..gi_core.settings import SettingError, Settings
 from ..gi_core.techniques import METHODS, Asked
 from ..gi_core.tile_light import TileLight
 from ..gi_core.tiles import finish, named
 from ..gi_core.trace import Tracer
-from . import denoise, preflight
+from . import denoise, layout, preflight
 from .read.box import box_corners
 from .read.camera import read_cameras
 from .read.images import ImageReader
 from .stages import Stages
+from .write import lightmap_uvs
 
 TARGETS = ("image", "lightmap", "vertices", "volume")
-
-# Side of a lightmap where none is asked for [texels].
-LIGHTMAP_SIDE = 256
 
 # What maps and tiles take of the whole, roughly; the bar follows it.
 _MAPS, _TILES = 0.1, 0.9
@@ -65,7 +64,7 @@ class Job:
 
     method: a technique, see METHODS. target: see TARGETS.
     objects: names of the objects that get lightmaps or vertex light; empty means every mesh that renders.
-    resolution: side of each lightmap, or the longer side of the camera image [px]; None means LIGHTMAP_SIDE, or the
+    resolution: side of each lightmap, or the longer side of the camera image [px]; None means `layout.SIDE`, or the
         scene's own.
     uv: name of the UV map that lightmaps lie on; "" means each mesh's active one.
     settings: of the technique.
@@ -128,7 +127,9 @@ class Result:
     """What a bake gives.
 
     layers: pass name -> (h, w, c) float32 of the camera image, else empty.
-    light: object name -> Light of lightmaps or vertices, else empty.
+    light: name -> Light of lightmaps, by their page, or of vertices, by their object, else empty.
+    pages: the lightmaps, and which objects lie where on them. uvs: mesh name -> (corners, 2) float32, lightmap UVs that
+        were made for the bake and are not in the file yet.
     volume: the reflected light everywhere, of the target "volume".
     device: what computed. stages: name -> seconds, in order.
     approximated, warnings: sentences. history: what the next frame of an animation may go on from.
@@ -143,6 +144,8 @@ class Result:
     warnings: tuple[str, ...]
     volume: lpv.Volume | None = None
     history: ssgi.History | None = None
+    pages: tuple[Page, ...] = ()
+    uvs: dict[str, np.ndarray] = field(default_factory=dict)
 
 
 # Shown a receiver's name ("" for the camera), some of its rows and their light so far, E/π (rows, w, 3) float32.
@@ -165,8 +168,11 @@ def bake(
     Raises Refused, before any work, where the preflight finds errors.
     """
     stages = Stages()
+    yield 0.0, "unwrap"
+    with stages.time("unwrap"):
+        made = missing_uvs(scene, view_layer, job)
     yield 0.0, "read"
-    with stages.time("read"):
+    with stages.time("read"), lightmap_uvs.lent(made):
         findings, core = preflight.inspected(
             scene, view_layer, ImageReader(),
             target=job.target, objects=job.objects, uv=job.uv, output=output, denoise=job.settings.denoise,
@@ -191,10 +197,14 @@ def bake(
         return Result(job, {}, {}, "cpu", stages.seconds, core.approximated, notes, volume)
 
     camera = camera_at(core.camera, job.resolution) if job.target == "image" else None
-    receivers = _receivers(tracer, job, camera)
+    names = receiving(core, job)
+    pages = []
+    if job.target == "lightmap":
+        pages = layout.pages(tracer.geometry, scene, names, job.uv, job.resolution, job.settings)
+    receivers = _receivers(tracer, job, camera, names, pages)
     emitted = None
     if job.wants("indirect"):
-        spread = guides(tracer, [r.name for r in receivers], camera, _GUIDES)
+        spread = guides(tracer, names, camera, _GUIDES)
         asked = Asked(spread, [camera] if camera else cameras, history)
         work = named("maps", technique.emit(tracer, asked, job.settings))
         emitted = yield from stages.follow(work, 0, _MAPS, {"maps": 1.0})
@@ -203,7 +213,7 @@ def bake(
     cutting = cut(receivers, (settings.memory << 20) // POINT_BYTES, margin, unit)
     whole, done = sum(np.prod(tile.shape) for tile in cutting), 0.0
     canvases: dict[str, dict[str, np.ndarray]] = {receiver.name: {} for receiver in receivers}
-    names, reused, estimates = _kept_layers(settings, camera), [], []
+    kept_layers, reused, estimates = _kept_layers(settings, camera), [], []
     for tile in cutting:
         share = float(np.prod(tile.shape) / whole)
         light = TileLight(tracer, technique, settings, emitted, job.wants("direct"), camera, share, reused)
@@ -213,7 +223,7 @@ def bake(
         done += share
         estimates.append(estimate)
         for receiver, rows, kept in tile.kept():
-            _put(canvases[receiver.name], found, names, receiver, rows, kept)
+            _put(canvases[receiver.name], found, kept_layers, receiver, rows, kept)
     if settings.denoise == "oidn" and job.target != "vertices":
         yield from stages.follow(named("denoise", _oidn(canvases, technique.noisy(settings))), 1, 0, {})
 
@@ -230,7 +240,29 @@ def bake(
             light = {r.name: _light(canvases[r.name], r.shape, _coverage(r, views)) for r in receivers}
     warnings = [f"{f.code}: {f.message}" for f in findings] + _notes(settings, reused, estimates)
     carried = views[0].history if views else None
-    return Result(job, layers, light, "cpu", stages.seconds, core.approximated, tuple(warnings), history=carried)
+    uvs = {mesh.name: uvs for mesh, uvs in made.items()}
+    return Result(
+        job, layers, light, "cpu", stages.seconds, core.approximated, tuple(warnings), history=carried,
+        pages=tuple(pages), uvs=uvs,
+    )  # fmt: skip
+
+
+def missing_uvs(
+    scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, job: Job
+) -> dict[bpy.types.Mesh, np.ndarray]:
+    """Lightmap UVs that a job needs and the file lacks: mesh -> (corners, 2) float32."""
+    settings = job.settings
+    if job.target != "lightmap" or job.uv or settings.unwrap == "never":
+        return {}
+    return lightmap_uvs.unwrapped(
+        scene, view_layer, job.objects, layout.side(scene, job.resolution, settings), settings.padding,
+        settings.density, layout.is_shared(scene, settings),
+    )  # fmt: skip
+
+
+def receiving(core: Scene, job: Job) -> tuple[str, ...]:
+    """Names of the objects that get lightmaps or vertex light."""
+    return job.objects or tuple(i.name for i in core.instances if i.receives and not i.is_copy)
 
 
 def _per_point(job: Job) -> Settings:
@@ -248,14 +280,14 @@ def _per_point(job: Job) -> Settings:
     )
 
 
-def _receivers(tracer: Tracer, job: Job, camera: Camera | None) -> list[Receiver]:
+def _receivers(
+    tracer: Tracer, job: Job, camera: Camera | None, names: tuple[str, ...], pages: list[Page]
+) -> list[Receiver]:
     """What gets light."""
     if camera:
         return [of_camera(tracer, camera, job.settings.antialias)]
-    names = job.objects or tuple(i.name for i in tracer.geometry.scene.instances if not i.is_copy)
     if job.target == "lightmap":
-        side = job.resolution or LIGHTMAP_SIDE
-        return [of_texels(tracer.geometry, name, job.uv, side) for name in names]
+        return [of_page(tracer.geometry, page) for page in pages]
     return [of_vertices(tracer.geometry, name) for name in names]
 
 

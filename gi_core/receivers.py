@@ -15,6 +15,7 @@ from functools import cache
 import numpy as np
 
 from . import surfels, tiles
+from .atlas import Page
 from .geometry import Geometry
 from .scene import Camera
 from .surfels import Surfels
@@ -60,9 +61,20 @@ def of_camera(tracer: Tracer, camera: Camera, subpixels: int) -> Receiver:
     return Receiver("", width, height, points, subpixels)
 
 
-def of_texels(geometry: Geometry, name: str, uv: str, side: int) -> Receiver:
-    """A lightmap of an object on one of its UV maps, "" for the active one."""
-    return Receiver(name, side, side, lambda rows: surfels.from_texels(geometry, name, uv, (side, side), rows))
+def of_page(geometry: Geometry, page: Page) -> Receiver:
+    """A lightmap of the objects that lie on it."""
+    size = page.width, page.height
+
+    def points(rows: slice):
+        none = surfels.at(geometry, *(np.zeros(s, int) for s in ((0,), (0, 3), (0,))))
+        parts = [(none, np.zeros(0, bool))]
+        for place in page.places:
+            if place.y < rows.stop and place.y + place.side > rows.start:
+                parts.append(surfels.from_texels(geometry, place.name, place.uv, size, rows, place))
+        here, centred = zip(*parts)
+        return Surfels.concatenate(list(here)), np.concatenate(centred)
+
+    return Receiver(page.name, *size, points)
 
 
 def of_vertices(geometry: Geometry, name: str) -> Receiver:

@@ -72,6 +72,30 @@ class Settings:
         high=64,
         unit="texels",
     )
+    atlas: str = setting(
+        "object",
+        "Lightmaps: one image for each object, for each collection, or one for all",
+        choices=("object", "collection", "all"),
+    )
+    density: float = setting(
+        0.0,
+        "Lightmaps: texels per metre of surface; 0 makes them as many as the resolution gives",
+        low=0.0,
+        high=1e5,
+        unit="texels/m",
+    )
+    unwrap: str = setting(
+        "missing",
+        "Lightmap UVs are made, in a map of their own, where a mesh has none that is free of overlaps, or never",
+        choices=("missing", "never"),
+    )
+    padding: int = setting(
+        2,
+        "Texels that stay free around each island of lightmap UVs that are made, and around each object on an image",
+        low=0,
+        high=64,
+        unit="texels",
+    )
     antialias: int = setting(
         2, "Points seen per pixel along each axis in a camera image; smooths silhouettes", low=1, high=8
     )

@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
+from .atlas import Place
 from .emitters import strewn
 from .geometry import Geometry
 from .scene import Camera
@@ -136,11 +137,17 @@ def from_camera(tracer: Tracer, camera: Camera, subpixels: int = 1, rows: slice 
 
 
 def from_texels(
-    geometry: Geometry, name: str, uv: str, resolution: tuple[int, int], rows: slice | None = None
+    geometry: Geometry,
+    name: str,
+    uv: str,
+    resolution: tuple[int, int],
+    rows: slice | None = None,
+    place: Place | None = None,
 ) -> tuple[Surfels, np.ndarray]:
     """A surfel for every texel that a face of an object touches, with the point clamped into the face.
 
     name: the object. uv: its UV map, "" for the active one. resolution: (width, height). rows: of texels, None for all.
+    place: of the object on the image, None for all of it.
     Returns the Surfels and (n,) bool: whether the texel's centre lies in a face.
     Raises KeyError where there is no such object or UV map.
     """
@@ -150,7 +157,11 @@ def from_texels(
         raise KeyError(f"object '{name}' has no UV map '{layer}'")
     # Without area there is no normal and nothing to light.
     solid = np.any(geometry.face_normal(triangle) != 0, -1)
-    texels = covered_texels(mesh.uvs[layer][solid], resolution, rows)
+    uvs = mesh.uvs[layer][solid]
+    if place is None:
+        texels = covered_texels(uvs, resolution, rows)
+    else:
+        texels = covered_texels(place.on(uvs, *resolution), resolution, rows).within(place, resolution[0])
     return at(geometry, triangle[solid][texels.triangle], texels.weights, texels.place), texels.centred
 
 

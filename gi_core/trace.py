@@ -89,9 +89,10 @@ class Tracer:
         self.geometry = geometry
         self.sky, self.suns = parted(geometry.scene.environment)
         self.glow = emitters(geometry)
-        clear = geometry.clear
-        self._solid = _Triangles(geometry, np.flatnonzero(~clear) if clear.any() else None)
-        self._clear = _Triangles(geometry, np.flatnonzero(clear))
+        clear, casts = geometry.clear, geometry.casts
+        solid = casts & ~clear
+        self._solid = _Triangles(geometry, None if solid.all() else np.flatnonzero(solid))
+        self._clear = _Triangles(geometry, np.flatnonzero(clear & casts))
 
     def closest(self, origins: np.ndarray, directions: np.ndarray, far: float = FAR) -> Hits:
         """The nearest hit of each ray, no further than far [m]: (n, 3), (n, 3) unit directions -> Hits."""

@@ -10,17 +10,21 @@ import numpy as np
 from ...gi_core import exr
 from ...gi_core.dilate import dilate
 from ..bake import Light, Result
+from . import lightmap_uvs
 from .attributes import write_coverage, write_irradiance
 from .images import file_stem, save_image, save_png, write_images
+from .placement import LIGHT, remember
 from .volumes import save_volume, store_volume
 
 
 def store(result: Result, scene: bpy.types.Scene, folder: Path | None = None) -> list[str]:
     """Puts a result into the open file, replacing an earlier one; the names of what holds it.
 
-    A camera image becomes the images "SCENE GI" and "SCENE GI Indirect", a lightmap "OBJECT Lightmap", light at
-    vertices the attribute `gi_irradiance` (E [W/m²]) of the object's mesh, a volume the object "SCENE GI Volume", which
-    reads the file that `export` writes into the folder.
+    A camera image becomes the images "SCENE GI" and "SCENE GI Indirect", a lightmap "NAME Lightmap" after the object or
+    what else lies on it, which remember it (see `placement`), light at vertices the attribute `gi_irradiance`
+    (E [W/m²]) of the object's mesh, a volume the object "SCENE GI Volume", which reads the file that `export` writes
+    into the folder. Lightmap UVs that were made for the bake become the meshes' UV map "GI Lightmap".
+    Raises ValueError, before anything is written, where a mesh was changed so that its UVs do not fit.
     """
     target = result.job.target
     if target == "image":
@@ -30,13 +34,24 @@ def store(result: Result, scene: bpy.types.Scene, folder: Path | None = None) ->
         )
         return [image.name for image in made.values()]
     if target == "lightmap":
-        maps = {f"{name} Lightmap": pixels for name, pixels in lightmaps(result).items()} | coverages(result)
-        return [image.name for image in write_images(maps).values()]
+        return [image.name for image in _store_lightmaps(result, scene)]
     if target == "volume":
         return [store_volume(folder / "volume.vdb", result.volume, scene, result.job.settings.blend).name]
     write_irradiance({name: np.float32(np.pi) * wanted(light, result) for name, light in result.light.items()})
     write_coverage({name: light.coverage for name, light in result.light.items() if light.coverage is not None})
     return list(result.light)
+
+
+def _store_lightmaps(result: Result, scene: bpy.types.Scene) -> list[bpy.types.Image]:
+    lightmap_uvs.put_all({bpy.data.meshes[name, None]: uvs for name, uvs in result.uvs.items()})
+    maps = {f"{name} Lightmap": pixels for name, pixels in lightmaps(result).items()} | coverages(result)
+    made = write_images(maps)
+    for page in result.pages:
+        image = made[f"{page.name} Lightmap"]
+        image[LIGHT] = result.job.settings.light
+        for place in page.places:
+            remember(scene.objects[place.name], image, page, place)
+    return list(made.values())
 
 
 def export(result: Result, folder: Path, view_layer: str) -> list[Path]:
@@ -69,7 +84,7 @@ def wanted(light: Light, result: Result) -> np.ndarray:
 
 
 def lightmaps(result: Result) -> dict[str, np.ndarray]:
-    """Object name -> (h, w, 4) float32: E/π, islands grown by the margin, alpha 1 where there is a value."""
+    """Name of a page -> (h, w, 4) float32: E/π, islands grown by the margin, alpha 1 where there is a value."""
     maps = {}
     for name, light in result.light.items():
         if light.valid.ndim == 2:
