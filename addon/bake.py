@@ -18,17 +18,19 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..gi_core import images, lpv, ssgi
+from ..gi_core import borders, images, lpv, ssgi
 from ..gi_core.atlas import Page
 from ..gi_core.geometry import Geometry
 from ..gi_core.receivers import POINT_BYTES, Receiver, Tile, cut, guides, of_camera, of_page, of_vertices
 from ..gi_core.refine import Estimate
 from ..gi_core.rsm.settings import RsmSettings
 from ..gi_core.scene import Camera, Scene
+from ..gi_core.seams import Seams, atlas_seams
 from ..gi_core.settings import SettingError, Settings
+from ..gi_core.surfels import TILE
 from ..gi_core.techniques import METHODS, Asked
 from ..gi_core.tile_light import TileLight
-from ..gi_core.tiles import finish, named
+from ..gi_core.tiles import finish, named, slices
 from ..gi_core.trace import Tracer
 from . import denoise, layout, preflight
 from .read.box import box_corners
@@ -110,8 +112,10 @@ class Light:
     """Light on one receiver, E/π, "light without colour" as Cycles' passes and bakes hold it.
 
     direct, indirect: (h, w, 3) float32 of a lightmap, or (v, 3) of vertices.
+        Beyond valid texels of lightmaps too, as far as islands grow.
     valid: (h, w) or (v,) bool, where a surface is.
-    centred: bool, same shape: the surface covers the texel's centre, not only a part of it.
+    centred: bool, same shape: the surface covers the texel's centre, not only a part of it, and does not lie inside of
+        something. filled: bool, same shape, where there is a value.
     coverage: float32, same shape, 0…1: how surely a camera saw it; None where no camera is asked.
     """
 
@@ -119,6 +123,7 @@ class Light:
     indirect: np.ndarray
     valid: np.ndarray
     centred: np.ndarray
+    filled: np.ndarray
     coverage: np.ndarray | None = None
 
 
@@ -239,6 +244,10 @@ def bake(
         else:
             light = {r.name: _light(canvases[r.name], r.shape, _coverage(r, views)) for r in receivers}
     warnings = [f"{f.code}: {f.message}" for f in findings] + _notes(settings, reused, estimates)
+    if pages:
+        work = named("borders", _bordered(tracer, receivers, pages, light, settings))
+        light, notes = yield from stages.follow(work, 1, 0, {})
+        warnings += notes
     carried = views[0].history if views else None
     uvs = {mesh.name: uvs for mesh, uvs in made.items()}
     return Result(
@@ -367,7 +376,49 @@ def _coverage(receiver: Receiver, views: list[ssgi.View]) -> np.ndarray | None:
 
 def _light(canvas: dict[str, np.ndarray], shape: tuple[int, ...], coverage: np.ndarray | None) -> Light:
     direct, indirect = (canvas[name].reshape(*shape, 3) / np.float32(np.pi) for name in ("Direct", "Indirect"))
-    return Light(direct, indirect, canvas["Coverage"].reshape(shape) > 0, canvas["Centred"].reshape(shape), coverage)
+    valid = canvas["Coverage"].reshape(shape) > 0
+    return Light(direct, indirect, valid, canvas["Centred"].reshape(shape), valid, coverage)
+
+
+def _bordered(
+    tracer: Tracer, receivers: list[Receiver], pages: list[Page], light: dict[str, Light], settings: Settings
+) -> Iterator[float]:
+    """Lightmaps without texels from inside of walls, with islands grown and seams closed. A generator of progress;
+    returns the lights by their names, and sentences."""
+    done, found, hidden = {}, {}, 0
+    for k, (receiver, page) in enumerate(zip(receivers, pages)):
+        yield k / len(pages)
+        raw = light[page.name]
+        both = np.concatenate([raw.direct, raw.indirect], -1)
+        inside = _inside(tracer, receiver, borders.dark(both, raw.valid))
+        cuts = atlas_seams(tracer.geometry, page) if settings.stitch else Seams.concatenate([])
+        whole = borders.bordered(both, raw.valid, inside, settings.margin, cuts)
+        direct, indirect = np.split(whole.image, 2, -1)
+        centred = raw.centred & ~inside
+        done[page.name] = replace(raw, direct=direct, indirect=indirect, centred=centred, filled=whole.filled)
+        hidden += whole.inside
+        if len(cuts):
+            found[page.name] = whole.before, whole.after, len(cuts)
+    notes = []
+    if hidden:
+        notes.append(f"inside: {hidden} texels lie inside of something and are filled from around them")
+    if found:
+        pairs = sum(n for _, _, n in found.values())
+        before, after = (sum(f[k] * f[2] for f in found.values()) / pairs for k in (0, 1))
+        notes.append(f"seams: the two sides disagree by {after:.2%}, before stitching by {before:.2%}")
+    return done, notes
+
+
+def _inside(tracer: Tracer, receiver: Receiver, asked: np.ndarray) -> np.ndarray:
+    """Which of the texels asked for lie inside of something: (h, w) bool to the same."""
+    inside = np.zeros(asked.size, bool)
+    rows = np.flatnonzero(asked.any(1))
+    for part in slices(receiver.height, max(1, TILE // receiver.width)) if len(rows) else []:
+        if asked[part].any():
+            points, _ = receiver.points(part)
+            points = points[asked.ravel()[points.place]]
+            inside[points.place[borders.inside(tracer, points)]] = True
+    return inside.reshape(asked.shape)
 
 
 def _notes(settings: Settings, reused: list[tuple[float, int]], estimates: list[Estimate]) -> list[str]:

@@ -89,6 +89,7 @@ class Settings:
         "Lightmap UVs are made, in a map of their own, where a mesh has none that is free of overlaps, or never",
         choices=("missing", "never"),
     )
+    stitch: bool = setting(True, "Lightmaps: makes the light on both sides of each seam of the UV map agree")
     padding: int = setting(
         2,
         "Texels that stay free around each island of lightmap UVs that are made, and around each object on an image",

@@ -16,13 +16,17 @@ _BATCH = 1 << 20
 _ROUNDING, _SHARED = 1e-9, 1e-3
 
 
+# How far points leave the edge that they were clamped to [texels].
+_DRAWN_IN = 0.25
+
+
 @dataclass(frozen=True)
 class Texels:
     """Texels that triangles touch, at most one entry per texel, ascending.
 
     place: (n,) int64, row · width + column.
     triangle: (n,) int64, the triangle that holds the texel's centre, or else comes closest to it.
-    weights: (n, 3) float32, barycentric weights of the centre, clamped into the triangle.
+    weights: (n, 3) float32, barycentric weights of the centre, or of a point near it a little inside of the triangle.
     centred: (n,) bool, the centre lies in the triangle.
     """
 
@@ -70,7 +74,18 @@ def covered_texels(uvs: np.ndarray, resolution: tuple[int, int], rows: slice | N
         distance[texel], triangle[texel], weights[texel] = d2[closest], t[rest[closest]], bary[closest]
 
     found = np.flatnonzero(triangle >= 0)
-    return Texels(found + w * bottom, triangle[found], weights[found], distance[found] == 0)
+    triangle, weights, centred = triangle[found], weights[found], distance[found] == 0
+    weights[~centred] = _drawn_in(pixels[triangle[~centred]], weights[~centred])
+    return Texels(found + w * bottom, triangle, weights, centred)
+
+
+def _drawn_in(corners: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Points on triangles' edges, a little towards their middles: at the edge itself a floor lies in the wall that
+    stands on it, and sees nothing. (n, 3, 2) [texels], (n, 3) -> (n, 3) float32."""
+    way = np.einsum("nk,nkc->nc", weights - 1 / 3, corners)
+    length = np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), 1e-12)
+    share = np.minimum(_DRAWN_IN / length, 0.5).astype(np.float32)
+    return (1 - share) * weights + share / 3
 
 
 def overlap(uvs: np.ndarray, side: int = 512) -> float:

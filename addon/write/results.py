@@ -8,7 +8,6 @@ import bpy
 import numpy as np
 
 from ...gi_core import exr
-from ...gi_core.dilate import dilate
 from ..bake import Light, Result
 from . import lightmap_uvs
 from .attributes import write_coverage, write_irradiance
@@ -88,8 +87,8 @@ def lightmaps(result: Result) -> dict[str, np.ndarray]:
     maps = {}
     for name, light in result.light.items():
         if light.valid.ndim == 2:
-            pixels, filled = dilate(wanted(light, result), light.valid, result.job.settings.margin)
-            maps[name] = np.dstack([np.where(filled[..., None], pixels, 0), filled.astype(np.float32)])
+            filled = light.filled
+            maps[name] = np.dstack([np.where(filled[..., None], wanted(light, result), 0), filled.astype(np.float32)])
     return maps
 
 
