@@ -18,7 +18,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..gi_core import borders, images, lpv, ssgi
+from ..gi_core import borders, directional, images, lpv, ssgi
 from ..gi_core.atlas import Page
 from ..gi_core.geometry import Geometry
 from ..gi_core.receivers import POINT_BYTES, Receiver, Tile, cut, guides, of_camera, of_page, of_vertices
@@ -117,6 +117,8 @@ class Light:
     centred: bool, same shape: the surface covers the texel's centre, not only a part of it, and does not lie inside of
         something. filled: bool, same shape, where there is a value.
     coverage: float32, same shape, 0…1: how surely a camera saw it; None where no camera is asked.
+    directional: (h, w, 4, 3) float32, two bands of harmonics (see `gi_core.sh`) whose value at a normal is the light
+        that is wanted; None where it is not asked for.
     """
 
     direct: np.ndarray
@@ -125,6 +127,7 @@ class Light:
     centred: np.ndarray
     filled: np.ndarray
     coverage: np.ndarray | None = None
+    directional: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -243,6 +246,9 @@ def bake(
             layers |= {f"SSGI {k}": v for view in views for k, v in view.debug(camera.resolution).items()}
         else:
             light = {r.name: _light(canvases[r.name], r.shape, _coverage(r, views)) for r in receivers}
+            if job.settings.directional:
+                light = {page.name: _directional(light, page, canvases[page.name], job) for page in pages}
+                receivers = [r for r in receivers if r.name in light]
     warnings = [f"{f.code}: {f.message}" for f in findings] + _notes(settings, reused, estimates)
     if pages:
         work = named("borders", _bordered(tracer, receivers, pages, light, settings))
@@ -296,7 +302,8 @@ def _receivers(
     if camera:
         return [of_camera(tracer, camera, job.settings.antialias)]
     if job.target == "lightmap":
-        return [of_page(tracer.geometry, page) for page in pages]
+        sides = range(4 if job.settings.directional else 1)
+        return [of_page(tracer.geometry, page, side) for page in pages for side in sides]
     return [of_vertices(tracer.geometry, name) for name in names]
 
 
@@ -337,6 +344,7 @@ def _kept_layers(settings: Settings, camera: Camera | None) -> set[str]:
     """Layers that the result or the denoiser needs: a hundred large lightmaps have no memory to give away."""
     light = {"Lamps", "Around", "Indirect", "Coverage", "Centred"}
     guides = {"Color", "Normal", "Position"} if camera or settings.denoise == "oidn" else set()
+    guides |= {"Normal"} if settings.directional else set()
     gloss = {"Glossy Lamps", "Glossy Around", "Glossy Indirect", "Glossy Color"} if settings.glossy else set()
     return light | guides | gloss | ({"Emission", "Sky"} if camera else set())
 
@@ -380,6 +388,13 @@ def _light(canvas: dict[str, np.ndarray], shape: tuple[int, ...], coverage: np.n
     return Light(direct, indirect, valid, canvas["Centred"].reshape(shape), valid, coverage)
 
 
+def _directional(light: dict[str, Light], page: Page, canvas: dict[str, np.ndarray], job: Job) -> Light:
+    """A page's light with what it is for other normals too, out of its lights for four."""
+    four = [light[directional.named(page.name, k)] for k in range(4)]
+    seen = np.stack([job.settings.wanted(each.direct, each.indirect) for each in four])
+    return replace(four[0], directional=directional.coefficients(seen, canvas["Normal"]))
+
+
 def _bordered(
     tracer: Tracer, receivers: list[Receiver], pages: list[Page], light: dict[str, Light], settings: Settings
 ) -> Iterator[float]:
@@ -389,19 +404,25 @@ def _bordered(
     for k, (receiver, page) in enumerate(zip(receivers, pages)):
         yield k / len(pages)
         raw = light[page.name]
-        both = np.concatenate([raw.direct, raw.indirect], -1)
-        inside = _inside(tracer, receiver, borders.dark(both, raw.valid))
+        layers = [raw.direct, raw.indirect]
+        dark = borders.dark(np.concatenate(layers, -1), raw.valid)
+        if raw.directional is not None:
+            layers.append(raw.directional.reshape(*raw.valid.shape, -1))
+        # A sliver of a face at its border, in the wall that it runs into, says nothing of the texel.
+        inside = _inside(tracer, receiver, dark) | (dark & ~raw.centred)
         cuts = atlas_seams(tracer.geometry, page) if settings.stitch else Seams.concatenate([])
-        whole = borders.bordered(both, raw.valid, inside, settings.margin, cuts)
-        direct, indirect = np.split(whole.image, 2, -1)
-        centred = raw.centred & ~inside
-        done[page.name] = replace(raw, direct=direct, indirect=indirect, centred=centred, filled=whole.filled)
+        whole = borders.bordered(np.concatenate(layers, -1), raw.valid, inside, settings.margin, cuts)
+        direct, indirect, more = np.split(whole.image, (3, 6), -1)
+        done[page.name] = replace(
+            raw, direct=direct, indirect=indirect, centred=raw.centred & ~inside, filled=whole.filled,
+            directional=None if raw.directional is None else more.reshape(*raw.valid.shape, 4, 3),
+        )  # fmt: skip
         hidden += whole.inside
         if len(cuts):
             found[page.name] = whole.before, whole.after, len(cuts)
     notes = []
     if hidden:
-        notes.append(f"inside: {hidden} texels lie inside of something and are filled from around them")
+        notes.append(f"inside: {hidden} texels lie inside of something, or at its border: filled from around them")
     if found:
         pairs = sum(n for _, _, n in found.values())
         before, after = (sum(f[k] * f[2] for f in found.values()) / pairs for k in (0, 1))

@@ -14,7 +14,7 @@ from functools import cache
 
 import numpy as np
 
-from . import surfels, tiles
+from . import directional, surfels, tiles
 from .atlas import Page
 from .geometry import Geometry
 from .scene import Camera
@@ -61,8 +61,8 @@ def of_camera(tracer: Tracer, camera: Camera, subpixels: int) -> Receiver:
     return Receiver("", width, height, points, subpixels)
 
 
-def of_page(geometry: Geometry, page: Page) -> Receiver:
-    """A lightmap of the objects that lie on it."""
+def of_page(geometry: Geometry, page: Page, side: int = 0) -> Receiver:
+    """A lightmap of the objects that lie on it; side: which of the normals of a directional one."""
     size = page.width, page.height
 
     def points(rows: slice):
@@ -72,9 +72,12 @@ def of_page(geometry: Geometry, page: Page) -> Receiver:
             if place.y < rows.stop and place.y + place.side > rows.start:
                 parts.append(surfels.from_texels(geometry, place.name, place.uv, size, rows, place))
         here, centred = zip(*parts)
-        return Surfels.concatenate(list(here)), np.concatenate(centred)
+        surface = Surfels.concatenate(list(here))
+        if side:
+            surface = replace(surface, normal=directional.tilted(surface.normal, side))
+        return surface, np.concatenate(centred)
 
-    return Receiver(page.name, *size, points)
+    return Receiver(directional.named(page.name, side), *size, points)
 
 
 def of_vertices(geometry: Geometry, name: str) -> Receiver:

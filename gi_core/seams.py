@@ -140,7 +140,8 @@ def stitched(image: np.ndarray, found: Seams, filled: np.ndarray) -> np.ndarray:
         before, square = square, (rest * rest).sum(0)
         direction = rest + np.divide(square, before, out=np.zeros_like(square), where=before > 0) * direction
     out = flat.copy()
-    out[place] = np.maximum(start + change, 0)
+    # What has a sign may keep it, light stays light.
+    out[place] = np.maximum(start + change, np.minimum(flat.min(0), 0))
     return out.reshape(image.shape)
 
 

@@ -90,6 +90,21 @@ class Settings:
         choices=("missing", "never"),
     )
     stitch: bool = setting(True, "Lightmaps: makes the light on both sides of each seam of the UV map agree")
+    directional: bool = setting(
+        False,
+        "Lightmaps: also how the light changes with the normal, for bump maps, as four images of spherical harmonics; "
+        "takes four times as long",
+    )
+    encoding: str = setting(
+        "srgb",
+        "Lightmaps as PNG: to look at, or with the full range of light: colour times (rgbm) or over (rgbd) alpha; the "
+        "file says how it is decoded",
+        choices=("srgb", "rgbm", "rgbd"),
+    )
+    exposure: float = setting(
+        0.0, "Lightmaps as PNG: factor on light before it is encoded; 0 finds a fitting one", low=0.0, high=1e6
+    )
+    exr: str = setting("float", "Lightmaps as EXR: 32 bits for each value, or 16", choices=("float", "half"))
     padding: int = setting(
         2,
         "Texels that stay free around each island of lightmap UVs that are made, and around each object on an image",
@@ -114,6 +129,10 @@ class Settings:
         high=1 << 20,
         unit="MB",
     )
+
+    def wanted(self, direct, indirect):
+        """Of two parts of light, arrays, what the setting `light` asks for."""
+        return {"combined": direct + indirect, "direct": direct, "indirect": indirect}[self.light]
 
     def __post_init__(self):
         for f in fields(self):

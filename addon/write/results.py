@@ -11,9 +11,15 @@ from ...gi_core import exr
 from ..bake import Light, Result
 from . import lightmap_uvs
 from .attributes import write_coverage, write_irradiance
-from .images import file_stem, save_image, save_png, write_images
+from .images import file_stem, save_image, save_lightmap, save_png, write_images
 from .placement import LIGHT, remember
 from .volumes import save_volume, store_volume
+
+# What the images of a directional lightmap hold.
+HARMONICS = (
+    "coefficients of E / pi over the world normal (x, y, z), scene-linear Rec.709: "
+    "E / pi = 0.282095 c0 - 0.488603 y c1 + 0.488603 z c2 - 0.488603 x c3"
+)
 
 
 def store(result: Result, scene: bpy.types.Scene, folder: Path | None = None) -> list[str]:
@@ -44,7 +50,7 @@ def store(result: Result, scene: bpy.types.Scene, folder: Path | None = None) ->
 def _store_lightmaps(result: Result, scene: bpy.types.Scene) -> list[bpy.types.Image]:
     lightmap_uvs.put_all({bpy.data.meshes[name, None]: uvs for name, uvs in result.uvs.items()})
     maps = {f"{name} Lightmap": pixels for name, pixels in lightmaps(result).items()} | coverages(result)
-    made = write_images(maps)
+    made = write_images(maps) | write_images(harmonics(result), is_data=True)
     for page in result.pages:
         image = made[f"{page.name} Lightmap"]
         image[LIGHT] = result.job.settings.light
@@ -63,23 +69,29 @@ def export(result: Result, folder: Path, view_layer: str) -> list[Path]:
     if result.job.target == "volume":
         return [save_volume(folder / "volume.vdb", result.volume, result.job.settings.half)]
     paths, taken = [], set()
-    maps = {f"{name} Lightmap": pixels for name, pixels in lightmaps(result).items()} | coverages(result)
-    for name, pixels in maps.items():
-        stem, number = name, 1
-        # Names may differ in what a file's name cannot show, or only in case.
-        while file_stem(stem).lower() in taken:
+
+    def stem(name: str) -> str:
+        """A name that no other file here has: names may differ in what a file's name cannot show, or only in case."""
+        found, number = name, 1
+        while file_stem(found).lower() in taken:
             number += 1
-            stem = f"{name} {number}"
-        taken.add(file_stem(stem).lower())
-        paths += save_image(folder, stem, pixels)
+            found = f"{name} {number}"
+        taken.add(file_stem(found).lower())
+        return found
+
+    for name, pixels in lightmaps(result).items():
+        paths += save_lightmap(folder, stem(f"{name} Lightmap"), pixels, result.job.settings)
+    for name, pixels in coverages(result).items():
+        paths += save_image(folder, stem(name), pixels)
+    for name, pixels in harmonics(result).items():
+        paths.append(folder / f"{file_stem(stem(name))}.exr")
+        exr.write_image(paths[-1], pixels, {"gi_bake": HARMONICS})
     return paths
 
 
 def wanted(light: Light, result: Result) -> np.ndarray:
     """The light that the settings ask for, E/π: (h, w, 3) or (v, 3) float32."""
-    return {"combined": light.direct + light.indirect, "direct": light.direct, "indirect": light.indirect}[
-        result.job.settings.light
-    ]
+    return result.job.settings.wanted(light.direct, light.indirect)
 
 
 def lightmaps(result: Result) -> dict[str, np.ndarray]:
@@ -98,4 +110,14 @@ def coverages(result: Result) -> dict[str, np.ndarray]:
         f"{name} Coverage": np.repeat(light.coverage[..., None], 3, -1)
         for name, light in result.light.items()
         if light.coverage is not None and light.coverage.ndim == 2
+    }
+
+
+def harmonics(result: Result) -> dict[str, np.ndarray]:
+    """"NAME SH 0" … 3 -> (h, w, 3) float32 of directional lightmaps, see HARMONICS."""
+    return {
+        f"{name} SH {k}": np.where(light.filled[..., None], light.directional[..., k, :], 0)
+        for name, light in result.light.items()
+        if light.directional is not None
+        for k in range(4)
     }

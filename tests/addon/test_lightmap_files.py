@@ -1,0 +1,100 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What a bake of lightmaps leaves: directional images, files in the encodings asked for, objects kept apart."""
+
+import bpy
+import numpy as np
+import pytest
+from gi_bake.addon.bake import Job, bake
+from gi_bake.addon.read import read_scene
+from gi_bake.addon.write.results import export, lightmaps, store
+from gi_bake.gi_core import exr, sh, surfels, tiles
+from gi_bake.gi_core.geometry import Geometry
+from gi_bake.gi_core.rsm.settings import RsmSettings
+
+
+@pytest.fixture
+def cornell(sample):
+    bpy.ops.wm.open_mainfile(filepath=str(sample("cornell")))
+    return bpy.context.scene
+
+
+def baked(scene, *objects, resolution=24, **settings):
+    settings = RsmSettings(samples=8, map_resolution=64, **settings)
+    job = Job(target="lightmap", objects=objects, resolution=resolution, settings=settings)
+    return tiles.finish(bake(scene, bpy.context.view_layer, job))
+
+
+def test_directional_lightmaps_are_the_lightmap_at_the_surfaces_normal(cornell, tmp_path):
+    result = baked(cornell, "Floor", "Tall box", directional=True, denoise="none", stitch=False)
+    geometry = Geometry(read_scene(cornell, bpy.context.view_layer))
+    assert list(result.light) == ["Floor", "Tall box"]
+    for page in result.pages:
+        points, _ = surfels.from_texels(geometry, page.name, "", (24, 24))
+        row, column = np.divmod(points.place, 24)
+        light = result.light[page.name]
+        plain = lightmaps(result)[page.name][row, column, :3]
+        # Where a texel lies inside of something it was made up for each by itself.
+        open_ = light.centred[row, column]
+        found = sh.evaluate(light.directional[row, column], points.normal)
+        assert open_.mean() > 0.5 and np.allclose(found[open_], plain[open_], rtol=1e-3, atol=1e-4)
+    # Light comes from above: of normals that lean away from the floor's there is less.
+    up, side = (sh.evaluate(result.light["Floor"].directional, np.float32(n)) for n in ((0, 0, 1), (1, 0, 0)))
+    assert side.mean() < up.mean()
+    paths = export(result, tmp_path, "ViewLayer")
+    names = {p.name for p in paths}
+    assert {f"Floor SH {k}.exr" for k in range(4)} <= names and len(names) == 12
+    c0 = exr.read_layers(tmp_path / "Floor SH 0.exr")["Combined"]
+    filled = result.light["Floor"].filled
+    assert np.allclose(c0[filled], result.light["Floor"].directional[filled][:, 0], atol=1e-6)
+    assert "Floor SH 3" in store(result, cornell)
+
+
+def test_files_are_written_as_the_settings_say(cornell, tmp_path):
+    result = baked(cornell, "Floor", encoding="rgbm", exr="half")
+    export(result, tmp_path, "ViewLayer")
+    assert b"linear = rgb * alpha *" in (tmp_path / "Floor Lightmap.png").read_bytes()
+    whole = lightmaps(result)["Floor"]
+    half = exr.read_layers(tmp_path / "Floor Lightmap.exr")["Combined"]
+    assert np.allclose(half, whole, rtol=1e-3, atol=1e-6) and not np.array_equal(half, whole)
+
+
+class Options:
+    """Stands for `Object.gi_bake`, by object."""
+
+    def __init__(self, monkeypatch, **told):
+        from gi_bake.addon import layout, object_options
+        from gi_bake.addon.read import objects
+        from gi_bake.addon.write import lightmap_uvs
+
+        def options(obj):
+            return object_options.ObjectOptions(**told.get(obj.name.replace(" ", "_"), {}))
+
+        for module in (layout, objects, lightmap_uvs):
+            monkeypatch.setattr(module, "object_options", options)
+
+
+def test_objects_that_only_cast_or_only_receive(cornell, monkeypatch):
+    everything = baked(cornell, denoise="none").light
+    Options(monkeypatch, Tall_box={"use": False})
+    light = baked(cornell, denoise="none").light
+    assert set(light) == set(everything) - {"Tall box"}
+    assert np.allclose(light["Floor"].direct, everything["Floor"].direct)
+    Options(monkeypatch, Tall_box={"casts": False})
+    light = baked(cornell, denoise="none").light
+    assert set(light) == set(everything) and light["Tall box"].direct.any()
+    # No shadow of it on the floor, and none where it stands.
+    assert light["Floor"].direct.sum() > 1.05 * everything["Floor"].direct.sum()
+    Options(monkeypatch, Tall_box={"use": False, "casts": False})
+    without = baked(cornell, denoise="none").light
+    assert "Tall box" not in without and np.allclose(without["Floor"].direct, light["Floor"].direct)
+
+
+def test_objects_have_a_resolution_and_a_group_of_their_own(cornell, monkeypatch):
+    Options(
+        monkeypatch, Floor={"lightmap_factor": 2.0}, Ceiling={"lightmap_group": "above"},
+        Tall_box={"lightmap_group": "above"},
+    )  # fmt: skip
+    result = baked(cornell, "Floor", "Ceiling", "Tall box")
+    assert {page.name: page.width for page in result.pages} == {"Floor": 48, "above": 24}
+    assert [p.name for p in result.pages[1].places] == ["Ceiling", "Tall box"]
