@@ -24,7 +24,7 @@ from ..gi_core.geometry import Geometry
 from ..gi_core.receivers import POINT_BYTES, Receiver, Tile, cut, guides, of_camera, of_page, of_vertices
 from ..gi_core.refine import Estimate
 from ..gi_core.rsm.settings import RsmSettings
-from ..gi_core.scene import Camera, Scene
+from ..gi_core.scene import Camera, Mesh, Scene
 from ..gi_core.seams import Seams, atlas_seams
 from ..gi_core.settings import SettingError, Settings
 from ..gi_core.surfels import TILE
@@ -118,7 +118,8 @@ class Light:
         something. filled: bool, same shape, where there is a value.
     coverage: float32, same shape, 0…1: how surely a camera saw it; None where no camera is asked.
     directional: (h, w, 4, 3) float32, two bands of harmonics (see `gi_core.sh`) whose value at a normal is the light
-        that is wanted; None where it is not asked for.
+        that is wanted; radiance: (h, w, 3) float32, what the surface sends out of it, and by itself. None where they
+        are not asked for.
     """
 
     direct: np.ndarray
@@ -128,6 +129,7 @@ class Light:
     filled: np.ndarray
     coverage: np.ndarray | None = None
     directional: np.ndarray | None = None
+    radiance: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -137,7 +139,8 @@ class Result:
     layers: pass name -> (h, w, c) float32 of the camera image, else empty.
     light: name -> Light of lightmaps, by their page, or of vertices, by their object, else empty.
     pages: the lightmaps, and which objects lie where on them. uvs: mesh name -> (corners, 2) float32, lightmap UVs that
-        were made for the bake and are not in the file yet.
+        were made for the bake and are not in the file yet. meshes: object name -> its mesh and its matrix in the world,
+        where they are to be written.
     volume: the reflected light everywhere, of the target "volume".
     device: what computed. stages: name -> seconds, in order.
     approximated, warnings: sentences. history: what the next frame of an animation may go on from.
@@ -153,6 +156,7 @@ class Result:
     volume: lpv.Volume | None = None
     history: ssgi.History | None = None
     pages: tuple[Page, ...] = ()
+    meshes: dict[str, tuple[Mesh, np.ndarray]] = field(default_factory=dict)
     uvs: dict[str, np.ndarray] = field(default_factory=dict)
 
 
@@ -249,6 +253,8 @@ def bake(
             if job.settings.directional:
                 light = {page.name: _directional(light, page, canvases[page.name], job) for page in pages}
                 receivers = [r for r in receivers if r.name in light]
+            if job.settings.gltf and pages:
+                light = {page.name: _radiant(light[page.name], canvases[page.name], job) for page in pages}
     warnings = [f"{f.code}: {f.message}" for f in findings] + _notes(settings, reused, estimates)
     if pages:
         work = named("borders", _bordered(tracer, receivers, pages, light, settings))
@@ -258,7 +264,7 @@ def bake(
     uvs = {mesh.name: uvs for mesh, uvs in made.items()}
     return Result(
         job, layers, light, "cpu", stages.seconds, core.approximated, tuple(warnings), history=carried,
-        pages=tuple(pages), uvs=uvs,
+        pages=tuple(pages), meshes=_meshes(tracer.geometry, pages) if job.settings.gltf else {}, uvs=uvs,
     )  # fmt: skip
 
 
@@ -273,6 +279,11 @@ def missing_uvs(
         scene, view_layer, job.objects, layout.side(scene, job.resolution, settings), settings.padding,
         settings.density, layout.is_shared(scene, settings),
     )  # fmt: skip
+
+
+def _meshes(geometry: Geometry, pages: list[Page]) -> dict[str, tuple[Mesh, np.ndarray]]:
+    names = [place.name for page in pages for place in page.places]
+    return {name: (geometry.mesh_of(name)[0], geometry.scene.instances[geometry.find(name)].matrix) for name in names}
 
 
 def receiving(core: Scene, job: Job) -> tuple[str, ...]:
@@ -345,6 +356,7 @@ def _kept_layers(settings: Settings, camera: Camera | None) -> set[str]:
     light = {"Lamps", "Around", "Indirect", "Coverage", "Centred"}
     guides = {"Color", "Normal", "Position"} if camera or settings.denoise == "oidn" else set()
     guides |= {"Normal"} if settings.directional else set()
+    guides |= {"Color", "Emission"} if settings.gltf and not camera else set()
     gloss = {"Glossy Lamps", "Glossy Around", "Glossy Indirect", "Glossy Color"} if settings.glossy else set()
     return light | guides | gloss | ({"Emission", "Sky"} if camera else set())
 
@@ -395,6 +407,12 @@ def _directional(light: dict[str, Light], page: Page, canvas: dict[str, np.ndarr
     return replace(four[0], directional=directional.coefficients(seen, canvas["Normal"]))
 
 
+def _radiant(light: Light, canvas: dict[str, np.ndarray], job: Job) -> Light:
+    """Light with what the surface makes of it."""
+    wanted = job.settings.wanted(light.direct, light.indirect)
+    return replace(light, radiance=canvas["Color"] * wanted + canvas["Emission"])
+
+
 def _bordered(
     tracer: Tracer, receivers: list[Receiver], pages: list[Page], light: dict[str, Light], settings: Settings
 ) -> Iterator[float]:
@@ -406,15 +424,17 @@ def _bordered(
         raw = light[page.name]
         layers = [raw.direct, raw.indirect]
         dark = borders.dark(np.concatenate(layers, -1), raw.valid)
+        layers.append(raw.radiance if raw.radiance is not None else np.zeros((*raw.valid.shape, 0), np.float32))
         if raw.directional is not None:
             layers.append(raw.directional.reshape(*raw.valid.shape, -1))
         # A sliver of a face at its border, in the wall that it runs into, says nothing of the texel.
         inside = _inside(tracer, receiver, dark) | (dark & ~raw.centred)
         cuts = atlas_seams(tracer.geometry, page) if settings.stitch else Seams.concatenate([])
         whole = borders.bordered(np.concatenate(layers, -1), raw.valid, inside, settings.margin, cuts)
-        direct, indirect, more = np.split(whole.image, (3, 6), -1)
+        direct, indirect, radiance, more = np.split(whole.image, np.cumsum([n.shape[-1] for n in layers[:3]]), -1)
         done[page.name] = replace(
             raw, direct=direct, indirect=indirect, centred=raw.centred & ~inside, filled=whole.filled,
+            radiance=None if raw.radiance is None else radiance,
             directional=None if raw.directional is None else more.reshape(*raw.valid.shape, 4, 3),
         )  # fmt: skip
         hidden += whole.inside

@@ -104,6 +104,9 @@ class Settings:
     exposure: float = setting(
         0.0, "Lightmaps as PNG: factor on light before it is encoded; 0 finds a fitting one", low=0.0, high=1e6
     )
+    gltf: bool = setting(
+        False, "Lightmaps: also writes baked.glb, the objects with their colour times the light, unlit, for any viewer"
+    )
     exr: str = setting("float", "Lightmaps as EXR: 32 bits for each value, or 16", choices=("float", "half"))
     padding: int = setting(
         2,

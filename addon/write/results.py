@@ -7,7 +7,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ...gi_core import exr
+from ...gi_core import display, exr, glb, png
 from ..bake import Light, Result
 from . import lightmap_uvs
 from .attributes import write_coverage, write_irradiance
@@ -83,10 +83,34 @@ def export(result: Result, folder: Path, view_layer: str) -> list[Path]:
         paths += save_lightmap(folder, stem(f"{name} Lightmap"), pixels, result.job.settings)
     for name, pixels in coverages(result).items():
         paths += save_image(folder, stem(name), pixels)
+    if result.meshes:
+        paths.append(save_gltf(folder / "baked.glb", result))
     for name, pixels in harmonics(result).items():
         paths.append(folder / f"{file_stem(stem(name))}.exr")
         exr.write_image(paths[-1], pixels, {"gi_bake": HARMONICS})
     return paths
+
+
+def save_gltf(path: Path, result: Result) -> Path:
+    """Writes the baked objects with what they send out as pictures on them, unlit; the path.
+
+    The pictures are sRGB and clipped at white; the file's extras hold the exposure, of all alike.
+    """
+    lights = [result.light[page.name] for page in result.pages]
+    seen = np.concatenate([light.radiance[light.valid] for light in lights])
+    exposure = result.job.settings.exposure or display.exposure_of(seen)
+    pictures = [
+        (page.name, png.encode(display.picture(light.radiance, exposure)))
+        for page, light in zip(result.pages, lights)
+    ]
+    parts = []
+    for k, page in enumerate(result.pages):
+        for place in page.places:
+            mesh, matrix = result.meshes[place.name]
+            uvs = place.on(mesh.uvs[place.uv], page.width, page.height)
+            parts.append(glb.Part(place.name, mesh.vertices[mesh.triangles], mesh.normals, uvs, matrix, k))
+    glb.write(path, parts, pictures, {"exposure": exposure})
+    return path
 
 
 def wanted(light: Light, result: Result) -> np.ndarray:
