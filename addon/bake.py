@@ -32,7 +32,7 @@ from ..gi_core.techniques import METHODS, Asked
 from ..gi_core.tile_light import TileLight
 from ..gi_core.tiles import finish, named, slices
 from ..gi_core.trace import Tracer
-from . import denoise, layout, preflight
+from . import denoise, layout, preflight, rebake
 from .read.box import box_corners
 from .read.camera import read_cameras
 from .read.images import ImageReader
@@ -96,6 +96,8 @@ class Job:
             raise NotThere("baking on the graphics card is not there yet; use device auto or cpu")
         if self.resolution is not None and not 4 <= self.resolution <= 16384:
             raise SettingError(f"the resolution is {self.resolution}; it goes from 4 to 16384 pixels")
+        if self.settings.rebake == "changed" and (self.settings.directional or self.settings.gltf):
+            raise SettingError("setting 'rebake=changed' keeps plain lightmaps only: not with directional or gltf")
         if self.settings.glossy and self.target != "image":
             raise SettingError(
                 f"setting 'glossy' is for the camera image: what glossy surfaces reflect depends on the view, and the "
@@ -139,8 +141,9 @@ class Result:
     layers: pass name -> (h, w, c) float32 of the camera image, else empty.
     light: name -> Light of lightmaps, by their page, or of vertices, by their object, else empty.
     pages: the lightmaps, and which objects lie where on them. uvs: mesh name -> (corners, 2) float32, lightmap UVs that
-        were made for the bake and are not in the file yet. meshes: object name -> its mesh and its matrix in the world,
-        where they are to be written.
+        were made for the bake and are not in the file yet. hashes: object name -> of what its lightmap follows from.
+        kept: page name -> (h, w, 4) float32, what the file holds of objects that were not baked anew.
+    meshes: object name -> its mesh and its matrix in the world, where they are to be written.
     volume: the reflected light everywhere, of the target "volume".
     device: what computed. stages: name -> seconds, in order.
     approximated, warnings: sentences. history: what the next frame of an animation may go on from.
@@ -156,6 +159,8 @@ class Result:
     volume: lpv.Volume | None = None
     history: ssgi.History | None = None
     pages: tuple[Page, ...] = ()
+    hashes: dict[str, str] = field(default_factory=dict)
+    kept: dict[str, np.ndarray] = field(default_factory=dict)
     meshes: dict[str, tuple[Mesh, np.ndarray]] = field(default_factory=dict)
     uvs: dict[str, np.ndarray] = field(default_factory=dict)
 
@@ -213,9 +218,20 @@ def bake(
     pages = []
     if job.target == "lightmap":
         pages = layout.pages(tracer.geometry, scene, names, job.uv, job.resolution, job.settings)
+    whole_pages, hashes, earlier = pages, {}, {}
+    if pages:
+        with stages.time("read"):
+            if job.settings.rebake == "changed":
+                pages = whole_pages = rebake.as_before(scene, pages)
+            hashes = rebake.signatures(core, pages, job.method, job.settings)
+            if job.settings.rebake == "changed":
+                still, earlier = rebake.kept(scene, pages, hashes)
+                names = tuple(name for name in names if name not in still)
+                pages = [replace(p, places=tuple(q for q in p.places if q.name not in still)) for p in pages]
+                pages = [page for page in pages if page.places]
     receivers = _receivers(tracer, job, camera, names, pages)
     emitted = None
-    if job.wants("indirect"):
+    if job.wants("indirect") and receivers:
         spread = guides(tracer, names, camera, _GUIDES)
         asked = Asked(spread, [camera] if camera else cameras, history)
         work = named("maps", technique.emit(tracer, asked, job.settings))
@@ -264,7 +280,8 @@ def bake(
     uvs = {mesh.name: uvs for mesh, uvs in made.items()}
     return Result(
         job, layers, light, "cpu", stages.seconds, core.approximated, tuple(warnings), history=carried,
-        pages=tuple(pages), meshes=_meshes(tracer.geometry, pages) if job.settings.gltf else {}, uvs=uvs,
+        pages=tuple(whole_pages), hashes=hashes, kept=earlier, uvs=uvs,
+        meshes=_meshes(tracer.geometry, pages) if job.settings.gltf else {},
     )  # fmt: skip
 
 
@@ -468,7 +485,7 @@ def _notes(settings: Settings, reused: list[tuple[float, int]], estimates: list[
     if reused:
         share = sum(n for n, _ in reused) / max(1, sum(n for _, n in reused))
         notes.append(f"interpolation: {share:.1%} of the image's points reuse their neighbours' light")
-    if settings.noise_threshold or settings.time_limit:
+    if estimates and (settings.noise_threshold or settings.time_limit):
         samples = min(estimate.samples for estimate in estimates)
         noise = max(estimate.noise for estimate in estimates)
         notes.append(f"refinement: {samples} samples for each point, relMSE {noise:.2g} by the spread of passes")

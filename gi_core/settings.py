@@ -104,6 +104,12 @@ class Settings:
     exposure: float = setting(
         0.0, "Lightmaps as PNG: factor on light before it is encoded; 0 finds a fitting one", low=0.0, high=1e6
     )
+    rebake: str = setting(
+        "all",
+        "Lightmaps: all, or only of objects that were changed since they were baked into the file, or all where the "
+        "lamps, the sky or the settings were; what changed objects reflect onto others then stays as it was",
+        choices=("all", "changed"),
+    )
     gltf: bool = setting(
         False, "Lightmaps: also writes baked.glb, the objects with their colour times the light, unlit, for any viewer"
     )

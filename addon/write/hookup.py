@@ -13,7 +13,8 @@ from collections.abc import Iterator
 import bpy
 
 from . import lightmap_uvs
-from .placement import LIGHT, PLACE, Placement, placement
+from .images import MARK
+from .placement import LIGHT, PLACE, Placement, forget, placement
 
 NAME = "GI Lightmap"
 
@@ -113,6 +114,27 @@ def remove(scene: bpy.types.Scene) -> list[str]:
             del mesh[_COPIED]
             if lightmap_uvs.NAME in mesh.uv_layers:
                 mesh.uv_layers.remove(mesh.uv_layers[lightmap_uvs.NAME])
+    return names
+
+
+def clear(scene: bpy.types.Scene) -> list[str]:
+    """Takes away what a bake of lightmaps put into the file too: images, UV maps that were made, and what objects
+    remember; names of the objects."""
+    remove(scene)
+    names, images, meshes = [], set(), set()
+    for obj in scene.objects:
+        found = placement(obj)
+        if found:
+            images.add(found.image)
+            meshes.add(obj.data)
+        if forget(obj):
+            names.append(obj.name)
+    still = {found.image for obj in bpy.data.objects if (found := placement(obj))}
+    bpy.data.batch_remove([image for image in images - still if image.get(MARK)])
+    shared = {obj.data for obj in bpy.data.objects if placement(obj)}
+    for mesh in meshes - shared:
+        if lightmap_uvs.NAME in mesh.uv_layers and mesh.library is None:
+            mesh.uv_layers.remove(mesh.uv_layers[lightmap_uvs.NAME])
     return names
 
 

@@ -14,6 +14,9 @@ from ...gi_core.atlas import Page, Place
 
 PLACE, IMAGE, UV = "gi_lightmap", "gi_lightmap_image", "gi_lightmap_uv"
 
+# What the object's light was worked out from, see `rebake`.
+HASH = "gi_lightmap_hash"
+
 # On an image: which light it holds, as the setting `light` says.
 LIGHT = "gi_lightmap_light"
 
@@ -48,7 +51,7 @@ def placement(obj: bpy.types.Object) -> Placement | None:
 
 def forget(obj: bpy.types.Object) -> bool:
     """Takes the properties away; whether there were any."""
-    there = [key for key in (PLACE, IMAGE, UV) if key in obj]
+    there = [key for key in (PLACE, IMAGE, UV, HASH) if key in obj]
     for key in there:
         del obj[key]
     if there:

@@ -12,7 +12,7 @@ from ..bake import Light, Result
 from . import lightmap_uvs
 from .attributes import write_coverage, write_irradiance
 from .images import file_stem, save_image, save_lightmap, save_png, write_images
-from .placement import LIGHT, remember
+from .placement import HASH, LIGHT, remember
 from .volumes import save_volume, store_volume
 
 # What the images of a directional lightmap hold.
@@ -56,6 +56,7 @@ def _store_lightmaps(result: Result, scene: bpy.types.Scene) -> list[bpy.types.I
         image[LIGHT] = result.job.settings.light
         for place in page.places:
             remember(scene.objects[place.name], image, page, place)
+            scene.objects[place.name][HASH] = result.hashes.get(place.name, "")
     return list(made.values())
 
 
@@ -125,6 +126,8 @@ def lightmaps(result: Result) -> dict[str, np.ndarray]:
         if light.valid.ndim == 2:
             filled = light.filled
             maps[name] = np.dstack([np.where(filled[..., None], wanted(light, result), 0), filled.astype(np.float32)])
+    for name, before in result.kept.items():
+        maps[name] = np.where(maps[name][..., 3:] > 0, maps[name], before) if name in maps else before
     return maps
 
 

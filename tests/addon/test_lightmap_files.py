@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from gi_bake.addon.bake import Job, bake
 from gi_bake.addon.read import read_scene
+from gi_bake.addon.write import hookup
+from gi_bake.addon.write.placement import placement
 from gi_bake.addon.write.results import export, lightmaps, store
 from gi_bake.gi_core import exr, sh, surfels, tiles
 from gi_bake.gi_core.geometry import Geometry
@@ -98,3 +100,52 @@ def test_objects_have_a_resolution_and_a_group_of_their_own(cornell, monkeypatch
     result = baked(cornell, "Floor", "Ceiling", "Tall box")
     assert {page.name: page.width for page in result.pages} == {"Floor": 48, "above": 24}
     assert [p.name for p in result.pages[1].places] == ["Ceiling", "Tall box"]
+
+
+def test_only_changed_objects_are_baked_again(cornell):
+    settings = {"atlas": "all", "resolution": 96}
+    first = baked(cornell, **settings)
+    store(first, cornell)
+    same = baked(cornell, rebake="changed", **settings)
+    assert not same.light and "gather" not in same.stages
+    assert np.array_equal(lightmaps(same)["Scene"], lightmaps(first)["Scene"])
+    bpy.data.objects["Tall box"].location.z += 0.1
+    again = baked(cornell, rebake="changed", **settings)
+    [page] = again.pages
+    assert page == first.pages[0]
+    before, after = lightmaps(first)["Scene"], lightmaps(again)["Scene"]
+    changed = (before != after).any(-1)
+    [place] = [place for place in page.places if place.name == "Tall box"]
+    rows, columns = np.nonzero(changed)
+    assert len(rows) > 50
+    margin = 4
+    assert rows.min() >= place.y - margin and rows.max() < place.y + place.side + margin
+    assert columns.min() >= place.x - margin and columns.max() < place.x + place.side + margin
+    store(again, cornell)
+    assert not baked(cornell, rebake="changed", **settings).light
+    # A lamp changes all, and so does a setting.
+    lamp = next(o for o in cornell.objects if o.type == "LIGHT")
+    lamp.data.energy *= 2
+    assert {p.name for page in baked(cornell, rebake="changed", **settings).pages for p in page.places} == set(
+        first.hashes
+    )
+    assert baked(cornell, rebake="changed", **settings).light["Scene"].valid.sum() == first.light["Scene"].valid.sum()
+
+
+def test_clearing_takes_all_that_a_bake_left(sample):
+    bpy.ops.wm.open_mainfile(filepath=str(sample("props")))
+    scene = bpy.context.scene
+
+    def state():
+        objects = {o.name: sorted(o.keys()) for o in bpy.data.objects}
+        meshes = {m.name: [layer.name for layer in m.uv_layers] for m in bpy.data.meshes}
+        return objects, meshes, sorted(i.name for i in bpy.data.images), sorted(g.name for g in bpy.data.node_groups)
+
+    before = state()
+    names = ("Floor", "Ball 03", "Cylinder 04")
+    result = baked(scene, *names, atlas="all", resolution=64)
+    store(result, scene)
+    hookup.apply(scene)
+    assert state() != before and placement(scene.objects["Floor"]).image.name == "Scene Lightmap"
+    assert hookup.clear(scene) == sorted(names, key=[o.name for o in scene.objects].index)
+    assert state() == before
