@@ -113,7 +113,7 @@ class Job:
 class Light:
     """Light on one receiver, E/π, "light without colour" as Cycles' passes and bakes hold it.
 
-    direct, indirect: (h, w, 3) float32 of a lightmap, or (v, 3) of vertices.
+    direct, indirect: (h, w, 3) float32 of a lightmap, or (v, 3) of vertices or of triangles' corners.
         Beyond valid texels of lightmaps too, as far as islands grow.
     valid: (h, w) or (v,) bool, where a surface is.
     centred: bool, same shape: the surface covers the texel's centre, not only a part of it, and does not lie inside of
@@ -332,7 +332,7 @@ def _receivers(
     if job.target == "lightmap":
         sides = range(4 if job.settings.directional else 1)
         return [of_page(tracer.geometry, page, side) for page in pages for side in sides]
-    return [of_vertices(tracer.geometry, name) for name in names]
+    return [of_vertices(tracer.geometry, name, job.settings.domain == "corner") for name in names]
 
 
 def camera_at(camera: Camera, side: int | None) -> Camera:

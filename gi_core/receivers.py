@@ -80,19 +80,20 @@ def of_page(geometry: Geometry, page: Page, side: int = 0) -> Receiver:
     return Receiver(directional.named(page.name, side), *size, points)
 
 
-def of_vertices(geometry: Geometry, name: str) -> Receiver:
-    """The vertices of an object."""
+def of_vertices(geometry: Geometry, name: str, corners: bool = False) -> Receiver:
+    """The vertices of an object, or the corners of its triangles."""
 
     @cache
     def every():
-        return surfels.from_vertices(geometry, name)
+        return (surfels.from_corners if corners else surfels.from_vertices)(geometry, name)
 
     def points(rows: slice):
         low, high = np.searchsorted(every().place, (rows.start, rows.stop))
         here = every()[low:high]
         return here, np.ones(len(here), bool)
 
-    return Receiver(name, 1, len(geometry.mesh_of(name)[0].vertices), points, is_image=False)
+    mesh, _ = geometry.mesh_of(name)
+    return Receiver(name, 1, 3 * len(mesh.triangles) if corners else len(mesh.vertices), points, is_image=False)
 
 
 @dataclass(frozen=True)

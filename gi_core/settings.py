@@ -72,6 +72,11 @@ class Settings:
         high=64,
         unit="texels",
     )
+    domain: str = setting(
+        "point",
+        "Light at vertices: one value for each vertex, or one for each corner of each face, which keeps hard edges",
+        choices=("point", "corner"),
+    )
     atlas: str = setting(
         "object",
         "Lightmaps: one image for each object, for each collection, or one for all",

@@ -10,7 +10,7 @@ import numpy as np
 from ...gi_core import display, exr, glb, png
 from ..bake import Light, Result
 from . import lightmap_uvs
-from .attributes import write_coverage, write_irradiance
+from .attributes import write_corners, write_coverage, write_irradiance
 from .images import file_stem, save_image, save_lightmap, save_png, write_images
 from .placement import HASH, LIGHT, remember
 from .volumes import save_volume, store_volume
@@ -27,8 +27,9 @@ def store(result: Result, scene: bpy.types.Scene, folder: Path | None = None) ->
 
     A camera image becomes the images "SCENE GI" and "SCENE GI Indirect", a lightmap "NAME Lightmap" after the object or
     what else lies on it, which remember it (see `placement`), light at vertices the attribute `gi_irradiance`
-    (E [W/m²]) of the object's mesh, a volume the object "SCENE GI Volume", which reads the file that `export` writes
-    into the folder. Lightmap UVs that were made for the bake become the meshes' UV map "GI Lightmap".
+    (E [W/m²]) of the object's mesh, or `gi_irradiance_corner` of its face corners, a volume the object
+    "SCENE GI Volume", which reads the file that `export` writes into the folder. Lightmap UVs that were made for the
+    bake become the meshes' UV map "GI Lightmap".
     Raises ValueError, before anything is written, where a mesh was changed so that its UVs do not fit.
     """
     target = result.job.target
@@ -42,7 +43,11 @@ def store(result: Result, scene: bpy.types.Scene, folder: Path | None = None) ->
         return [image.name for image in _store_lightmaps(result, scene)]
     if target == "volume":
         return [store_volume(folder / "volume.vdb", result.volume, scene, result.job.settings.blend).name]
-    write_irradiance({name: np.float32(np.pi) * wanted(light, result) for name, light in result.light.items()})
+    irradiance = {name: np.float32(np.pi) * wanted(light, result) for name, light in result.light.items()}
+    if result.job.settings.domain == "corner":
+        write_corners(irradiance)
+        return list(result.light)
+    write_irradiance(irradiance)
     write_coverage({name: light.coverage for name, light in result.light.items() if light.coverage is not None})
     return list(result.light)
 

@@ -149,3 +149,26 @@ def test_clearing_takes_all_that_a_bake_left(sample):
     assert state() != before and placement(scene.objects["Floor"]).image.name == "Scene Lightmap"
     assert hookup.clear(scene) == sorted(names, key=[o.name for o in scene.objects].index)
     assert state() == before
+
+
+def test_light_at_corners_keeps_hard_edges(cornell):
+    settings = RsmSettings(samples=8, map_resolution=64, domain="corner")
+    job = Job(target="vertices", objects=("Tall box",), settings=settings)
+    result = tiles.finish(bake(cornell, bpy.context.view_layer, job))
+    assert store(result, cornell) == ["Tall box"]
+    mesh = bpy.data.objects["Tall box"].data
+    attribute = mesh.attributes["gi_irradiance_corner"]
+    assert (attribute.data_type, attribute.domain) == ("FLOAT_COLOR", "CORNER")
+    values = np.empty((len(mesh.loops), 4), np.float32)
+    attribute.data.foreach_get("color", values.ravel())
+    faces = [values[p.loop_start : p.loop_start + p.loop_total, :3].mean() for p in mesh.polygons]
+    top = max(mesh.polygons, key=lambda p: p.normal.z).index
+    # The lamp is above: at the same vertices the top is bright and the sides are not.
+    assert faces[top] > 1.5 * np.median(faces)
+    light = result.light["Tall box"]
+    assert len(light.direct) == 3 * len(mesh.loop_triangles)
+    whole = np.pi * (light.direct + light.indirect)
+    [triangle] = [t for t in mesh.loop_triangles if t.index == 0]
+    corner = triangle.loops[1]
+    of_corner = [3 * t.index + k for t in mesh.loop_triangles for k in range(3) if t.loops[k] == corner]
+    assert np.allclose(values[corner, :3], whole[of_corner].mean(0), rtol=1e-4)
