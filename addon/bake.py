@@ -253,7 +253,7 @@ def bake(
         for receiver, rows, kept in tile.kept():
             _put(canvases[receiver.name], found, kept_layers, receiver, rows, kept)
     if settings.denoise == "oidn" and job.target != "vertices":
-        yield from stages.follow(named("denoise", _oidn(canvases, technique.noisy(settings))), 1, 0, {})
+        yield from stages.follow(named("denoise", _oidn(canvases, technique.noisy(settings), camera is None)), 1, 0, {})
 
     views = emitted if job.method == "ssgi" and emitted else []
     with stages.time("layers"):
@@ -390,12 +390,14 @@ def _put(
         canvas[name][_pixels(kept, receiver)] = layer[_pixels(rows, receiver)]
 
 
-def _oidn(canvases: dict[str, dict[str, np.ndarray]], noisy: bool) -> Iterator[float]:
-    """Takes the noise out of all images; noisy: out of reflected light too. A generator of progress."""
+def _oidn(canvases: dict[str, dict[str, np.ndarray]], noisy: bool, apart: bool) -> Iterator[float]:
+    """Takes the noise out of all images; noisy: out of reflected light too. apart: each island by itself. A generator
+    of progress."""
     found = list(canvases.values())
     kinds = ["Around", *(["Indirect"] if noisy else []), "Glossy Around", "Glossy Indirect"]
     kinds = [kind for kind in kinds if any(kind in canvas for canvas in found)]
-    clean = yield from denoise.smoothed([np.concatenate([c[k] for k in kinds], -1) for c in found], found)
+    smoothed = denoise.smoothed_islands if apart else denoise.smoothed
+    clean = yield from smoothed([np.concatenate([c[k] for k in kinds], -1) for c in found], found)
     for canvas, light in zip(found, clean):
         for kind, part in zip(kinds, np.split(light, len(kinds), axis=-1)):
             valid = canvas["Glossy Color" if kind.startswith("Glossy") else "Coverage"].any(-1, keepdims=True)
