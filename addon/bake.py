@@ -18,27 +18,28 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..gi_core import images, lpv, ssgi
+from ..gi_core import borders, directional, images, lpv, ssgi
+from ..gi_core.atlas import Page
 from ..gi_core.geometry import Geometry
-from ..gi_core.receivers import POINT_BYTES, Receiver, Tile, cut, guides, of_camera, of_texels, of_vertices
+from ..gi_core.receivers import POINT_BYTES, Receiver, Tile, cut, guides, of_camera, of_page, of_vertices
 from ..gi_core.refine import Estimate
 from ..gi_core.rsm.settings import RsmSettings
-from ..gi_core.scene import Camera
+from ..gi_core.scene import Camera, Mesh, Scene
+from ..gi_core.seams import Seams, atlas_seams
 from ..gi_core.settings import SettingError, Settings
+from ..gi_core.surfels import TILE
 from ..gi_core.techniques import METHODS, Asked
 from ..gi_core.tile_light import TileLight
-from ..gi_core.tiles import finish, named
+from ..gi_core.tiles import finish, named, slices
 from ..gi_core.trace import Tracer
-from . import denoise, gpu_context, preflight
+from . import denoise, gpu_context, layout, preflight, rebake
 from .read.box import box_corners
 from .read.camera import read_cameras
 from .read.images import ImageReader
 from .stages import Stages
+from .write import lightmap_uvs
 
 TARGETS = ("image", "lightmap", "vertices", "volume")
-
-# Side of a lightmap where none is asked for [texels].
-LIGHTMAP_SIDE = 256
 
 # What maps and tiles take of the whole, roughly; the bar follows it.
 _MAPS, _TILES = 0.1, 0.9
@@ -65,7 +66,7 @@ class Job:
 
     method: a technique, see METHODS. target: see TARGETS.
     objects: names of the objects that get lightmaps or vertex light; empty means every mesh that renders.
-    resolution: side of each lightmap, or the longer side of the camera image [px]; None means LIGHTMAP_SIDE, or the
+    resolution: side of each lightmap, or the longer side of the camera image [px]; None means `layout.SIDE`, or the
         scene's own.
     uv: name of the UV map that lightmaps lie on; "" means each mesh's active one.
     settings: of the technique.
@@ -93,6 +94,8 @@ class Job:
             raise NotThere("only the method 'lpv' makes a volume: add --method lpv")
         if self.resolution is not None and not 4 <= self.resolution <= 16384:
             raise SettingError(f"the resolution is {self.resolution}; it goes from 4 to 16384 pixels")
+        if self.settings.rebake == "changed" and (self.settings.directional or self.settings.gltf):
+            raise SettingError("setting 'rebake=changed' keeps plain lightmaps only: not with directional or gltf")
         if self.settings.glossy and self.target != "image":
             raise SettingError(
                 f"setting 'glossy' is for the camera image: what glossy surfaces reflect depends on the view, and the "
@@ -111,17 +114,25 @@ class Job:
 class Light:
     """Light on one receiver, E/π, "light without colour" as Cycles' passes and bakes hold it.
 
-    direct, indirect: (h, w, 3) float32 of a lightmap, or (v, 3) of vertices.
+    direct, indirect: (h, w, 3) float32 of a lightmap, or (v, 3) of vertices or of triangles' corners.
+        Beyond valid texels of lightmaps too, as far as islands grow.
     valid: (h, w) or (v,) bool, where a surface is.
-    centred: bool, same shape: the surface covers the texel's centre, not only a part of it.
+    centred: bool, same shape: the surface covers the texel's centre, not only a part of it, and does not lie inside of
+        something. filled: bool, same shape, where there is a value.
     coverage: float32, same shape, 0…1: how surely a camera saw it; None where no camera is asked.
+    directional: (h, w, 4, 3) float32, two bands of harmonics (see `gi_core.sh`) whose value at a normal is the light
+        that is wanted; radiance: (h, w, 3) float32, what the surface sends out of it, and by itself. None where they
+        are not asked for.
     """
 
     direct: np.ndarray
     indirect: np.ndarray
     valid: np.ndarray
     centred: np.ndarray
+    filled: np.ndarray
     coverage: np.ndarray | None = None
+    directional: np.ndarray | None = None
+    radiance: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -129,7 +140,11 @@ class Result:
     """What a bake gives.
 
     layers: pass name -> (h, w, c) float32 of the camera image, else empty.
-    light: object name -> Light of lightmaps or vertices, else empty.
+    light: name -> Light of lightmaps, by their page, or of vertices, by their object, else empty.
+    pages: the lightmaps, and which objects lie where on them. uvs: mesh name -> (corners, 2) float32, lightmap UVs that
+        were made for the bake and are not in the file yet. hashes: object name -> of what its lightmap follows from.
+        kept: page name -> (h, w, 4) float32, what the file holds of objects that were not baked anew.
+    meshes: object name -> its mesh and its matrix in the world, where they are to be written.
     volume: the reflected light everywhere, of the target "volume".
     device: what computed. stages: name -> seconds, in order.
     approximated, warnings: sentences. history: what the next frame of an animation may go on from.
@@ -144,6 +159,11 @@ class Result:
     warnings: tuple[str, ...]
     volume: lpv.Volume | None = None
     history: ssgi.History | None = None
+    pages: tuple[Page, ...] = ()
+    hashes: dict[str, str] = field(default_factory=dict)
+    kept: dict[str, np.ndarray] = field(default_factory=dict)
+    meshes: dict[str, tuple[Mesh, np.ndarray]] = field(default_factory=dict)
+    uvs: dict[str, np.ndarray] = field(default_factory=dict)
 
 
 # Shown a receiver's name ("" for the camera), some of its rows and their light so far, E/π (rows, w, 3) float32.
@@ -166,8 +186,11 @@ def bake(
     Raises Refused, before any work, where the preflight finds errors.
     """
     stages = Stages()
+    yield 0.0, "unwrap"
+    with stages.time("unwrap"):
+        made = missing_uvs(scene, view_layer, job)
     yield 0.0, "read"
-    with stages.time("read"):
+    with stages.time("read"), lightmap_uvs.lent(made):
         findings, core = preflight.inspected(
             scene, view_layer, ImageReader(),
             target=job.target, objects=job.objects, uv=job.uv, output=output, denoise=job.settings.denoise,
@@ -197,10 +220,25 @@ def bake(
         return Result(job, {}, {}, device.name, stages.seconds, core.approximated, tuple(notes), volume)
 
     camera = camera_at(core.camera, job.resolution) if job.target == "image" else None
-    receivers = _receivers(tracer, job, camera)
+    names = receiving(core, job)
+    pages = []
+    if job.target == "lightmap":
+        pages = layout.pages(tracer.geometry, scene, names, job.uv, job.resolution, job.settings)
+    whole_pages, hashes, earlier = pages, {}, {}
+    if pages:
+        with stages.time("read"):
+            if job.settings.rebake == "changed":
+                pages = whole_pages = rebake.as_before(scene, pages)
+            hashes = rebake.signatures(core, pages, job.method, job.settings)
+            if job.settings.rebake == "changed":
+                still, earlier = rebake.kept(scene, pages, hashes)
+                names = tuple(name for name in names if name not in still)
+                pages = [replace(p, places=tuple(q for q in p.places if q.name not in still)) for p in pages]
+                pages = [page for page in pages if page.places]
+    receivers = _receivers(tracer, job, camera, names, pages)
     emitted = None
-    if job.wants("indirect"):
-        spread = guides(tracer, [r.name for r in receivers], camera, _GUIDES)
+    if job.wants("indirect") and receivers:
+        spread = guides(tracer, names, camera, _GUIDES)
         asked = Asked(spread, [camera] if camera else cameras, history)
         work = named("maps", technique.emit(tracer, asked, job.settings))
         emitted = yield from stages.follow(work, 0, _MAPS, {"maps": 1.0})
@@ -209,7 +247,7 @@ def bake(
     cutting = cut(receivers, min((settings.memory << 20) // POINT_BYTES, device.most), margin, unit)
     whole, done = sum(np.prod(tile.shape) for tile in cutting), 0.0
     canvases: dict[str, dict[str, np.ndarray]] = {receiver.name: {} for receiver in receivers}
-    names, reused, estimates = _kept_layers(settings, camera), [], []
+    kept_layers, reused, estimates = _kept_layers(settings, camera), [], []
     for tile in cutting:
         share = float(np.prod(tile.shape) / whole)
         light = TileLight(tracer, technique, settings, emitted, job.wants("direct"), camera, share, reused)
@@ -219,9 +257,9 @@ def bake(
         done += share
         estimates.append(estimate)
         for receiver, rows, kept in tile.kept():
-            _put(canvases[receiver.name], found, names, receiver, rows, kept)
+            _put(canvases[receiver.name], found, kept_layers, receiver, rows, kept)
     if settings.denoise == "oidn" and job.target != "vertices":
-        yield from stages.follow(named("denoise", _oidn(canvases, technique.noisy(settings))), 1, 0, {})
+        yield from stages.follow(named("denoise", _oidn(canvases, technique.noisy(settings), camera is None)), 1, 0, {})
 
     views = emitted if job.method == "ssgi" and emitted else []
     with stages.time("layers"):
@@ -234,11 +272,48 @@ def bake(
             layers |= {f"SSGI {k}": v for view in views for k, v in view.debug(camera.resolution).items()}
         else:
             light = {r.name: _light(canvases[r.name], r.shape, _coverage(r, views)) for r in receivers}
+            if job.settings.directional:
+                light = {page.name: _directional(light, page, canvases[page.name], job) for page in pages}
+                receivers = [r for r in receivers if r.name in light]
+            if job.settings.gltf and pages:
+                light = {page.name: _radiant(light[page.name], canvases[page.name], job) for page in pages}
     warnings = notes + _notes(settings, reused, estimates)
     if isinstance(emitted, lpv.Volume):
         warnings.append(emitted.summary)
+    if pages:
+        work = named("borders", _bordered(tracer, receivers, pages, light, settings))
+        light, more = yield from stages.follow(work, 1, 0, {})
+        warnings += more
     carried = views[0].history if views else None
-    return Result(job, layers, light, device.name, stages.seconds, core.approximated, tuple(warnings), history=carried)
+    uvs = {mesh.name: uvs for mesh, uvs in made.items()}
+    return Result(
+        job, layers, light, device.name, stages.seconds, core.approximated, tuple(warnings), history=carried,
+        pages=tuple(whole_pages), hashes=hashes, kept=earlier, uvs=uvs,
+        meshes=_meshes(tracer.geometry, pages) if job.settings.gltf else {},
+    )  # fmt: skip
+
+
+def missing_uvs(
+    scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, job: Job
+) -> dict[bpy.types.Mesh, np.ndarray]:
+    """Lightmap UVs that a job needs and the file lacks: mesh -> (corners, 2) float32."""
+    settings = job.settings
+    if job.target != "lightmap" or job.uv or settings.unwrap == "never":
+        return {}
+    return lightmap_uvs.unwrapped(
+        scene, view_layer, job.objects, layout.side(scene, job.resolution, settings), settings.padding,
+        settings.density, layout.is_shared(scene, settings),
+    )  # fmt: skip
+
+
+def _meshes(geometry: Geometry, pages: list[Page]) -> dict[str, tuple[Mesh, np.ndarray]]:
+    names = [place.name for page in pages for place in page.places]
+    return {name: (geometry.mesh_of(name)[0], geometry.scene.instances[geometry.find(name)].matrix) for name in names}
+
+
+def receiving(core: Scene, job: Job) -> tuple[str, ...]:
+    """Names of the objects that get lightmaps or vertex light."""
+    return job.objects or tuple(i.name for i in core.instances if i.receives and not i.is_copy)
 
 
 def _per_point(job: Job) -> Settings:
@@ -256,15 +331,16 @@ def _per_point(job: Job) -> Settings:
     )
 
 
-def _receivers(tracer: Tracer, job: Job, camera: Camera | None) -> list[Receiver]:
+def _receivers(
+    tracer: Tracer, job: Job, camera: Camera | None, names: tuple[str, ...], pages: list[Page]
+) -> list[Receiver]:
     """What gets light."""
     if camera:
         return [of_camera(tracer, camera, job.settings.antialias)]
-    names = job.objects or tuple(i.name for i in tracer.geometry.scene.instances if not i.is_copy)
     if job.target == "lightmap":
-        side = job.resolution or LIGHTMAP_SIDE
-        return [of_texels(tracer.geometry, name, job.uv, side) for name in names]
-    return [of_vertices(tracer.geometry, name) for name in names]
+        sides = range(4 if job.settings.directional else 1)
+        return [of_page(tracer.geometry, page, side) for page in pages for side in sides]
+    return [of_vertices(tracer.geometry, name, job.settings.domain == "corner") for name in names]
 
 
 def camera_at(camera: Camera, side: int | None) -> Camera:
@@ -304,6 +380,8 @@ def _kept_layers(settings: Settings, camera: Camera | None) -> set[str]:
     """Layers that the result or the denoiser needs: a hundred large lightmaps have no memory to give away."""
     light = {"Lamps", "Around", "Indirect", "Coverage", "Centred"}
     guides = {"Color", "Normal", "Position"} if camera or settings.denoise == "oidn" else set()
+    guides |= {"Normal"} if settings.directional else set()
+    guides |= {"Color", "Emission"} if settings.gltf and not camera else set()
     gloss = {"Glossy Lamps", "Glossy Around", "Glossy Indirect", "Glossy Color"} if settings.glossy else set()
     fog = {"Volume Direct", "Volume Indirect", "Transmittance"} if getattr(settings, "fog_density", 0) else set()
     return light | guides | gloss | fog | ({"Emission", "Sky"} if camera else set())
@@ -321,12 +399,14 @@ def _put(
         canvas[name][_pixels(kept, receiver)] = layer[_pixels(rows, receiver)]
 
 
-def _oidn(canvases: dict[str, dict[str, np.ndarray]], noisy: bool) -> Iterator[float]:
-    """Takes the noise out of all images; noisy: out of reflected light too. A generator of progress."""
+def _oidn(canvases: dict[str, dict[str, np.ndarray]], noisy: bool, apart: bool) -> Iterator[float]:
+    """Takes the noise out of all images; noisy: out of reflected light too. apart: each island by itself. A generator
+    of progress."""
     found = list(canvases.values())
     kinds = ["Around", *(["Indirect"] if noisy else []), "Glossy Around", "Glossy Indirect"]
     kinds = [kind for kind in kinds if any(kind in canvas for canvas in found)]
-    clean = yield from denoise.smoothed([np.concatenate([c[k] for k in kinds], -1) for c in found], found)
+    smoothed = denoise.smoothed_islands if apart else denoise.smoothed
+    clean = yield from smoothed([np.concatenate([c[k] for k in kinds], -1) for c in found], found)
     for canvas, light in zip(found, clean):
         for kind, part in zip(kinds, np.split(light, len(kinds), axis=-1)):
             valid = canvas["Glossy Color" if kind.startswith("Glossy") else "Coverage"].any(-1, keepdims=True)
@@ -344,7 +424,70 @@ def _coverage(receiver: Receiver, views: list[ssgi.View]) -> np.ndarray | None:
 
 def _light(canvas: dict[str, np.ndarray], shape: tuple[int, ...], coverage: np.ndarray | None) -> Light:
     direct, indirect = (canvas[name].reshape(*shape, 3) / np.float32(np.pi) for name in ("Direct", "Indirect"))
-    return Light(direct, indirect, canvas["Coverage"].reshape(shape) > 0, canvas["Centred"].reshape(shape), coverage)
+    valid = canvas["Coverage"].reshape(shape) > 0
+    return Light(direct, indirect, valid, canvas["Centred"].reshape(shape), valid, coverage)
+
+
+def _directional(light: dict[str, Light], page: Page, canvas: dict[str, np.ndarray], job: Job) -> Light:
+    """A page's light with what it is for other normals too, out of its lights for four."""
+    four = [light[directional.named(page.name, k)] for k in range(4)]
+    seen = np.stack([job.settings.wanted(each.direct, each.indirect) for each in four])
+    return replace(four[0], directional=directional.coefficients(seen, canvas["Normal"]))
+
+
+def _radiant(light: Light, canvas: dict[str, np.ndarray], job: Job) -> Light:
+    """Light with what the surface makes of it."""
+    wanted = job.settings.wanted(light.direct, light.indirect)
+    return replace(light, radiance=canvas["Color"] * wanted + canvas["Emission"])
+
+
+def _bordered(
+    tracer: Tracer, receivers: list[Receiver], pages: list[Page], light: dict[str, Light], settings: Settings
+) -> Iterator[float]:
+    """Lightmaps without texels from inside of walls, with islands grown and seams closed. A generator of progress;
+    returns the lights by their names, and sentences."""
+    done, found, hidden = {}, {}, 0
+    for k, (receiver, page) in enumerate(zip(receivers, pages)):
+        yield k / len(pages)
+        raw = light[page.name]
+        layers = [raw.direct, raw.indirect]
+        dark = borders.dark(np.concatenate(layers, -1), raw.valid)
+        layers.append(raw.radiance if raw.radiance is not None else np.zeros((*raw.valid.shape, 0), np.float32))
+        if raw.directional is not None:
+            layers.append(raw.directional.reshape(*raw.valid.shape, -1))
+        # A sliver of a face at its border, in the wall that it runs into, says nothing of the texel.
+        inside = _inside(tracer, receiver, dark) | (dark & ~raw.centred)
+        cuts = atlas_seams(tracer.geometry, page) if settings.stitch else Seams.concatenate([])
+        whole = borders.bordered(np.concatenate(layers, -1), raw.valid, inside, settings.margin, cuts)
+        direct, indirect, radiance, more = np.split(whole.image, np.cumsum([n.shape[-1] for n in layers[:3]]), -1)
+        done[page.name] = replace(
+            raw, direct=direct, indirect=indirect, centred=raw.centred & ~inside, filled=whole.filled,
+            radiance=None if raw.radiance is None else radiance,
+            directional=None if raw.directional is None else more.reshape(*raw.valid.shape, 4, 3),
+        )  # fmt: skip
+        hidden += whole.inside
+        if len(cuts):
+            found[page.name] = whole.before, whole.after, len(cuts)
+    notes = []
+    if hidden:
+        notes.append(f"inside: {hidden} texels lie inside of something, or at its border: filled from around them")
+    if found:
+        pairs = sum(n for _, _, n in found.values())
+        before, after = (sum(f[k] * f[2] for f in found.values()) / pairs for k in (0, 1))
+        notes.append(f"seams: the two sides disagree by {after:.2%}, before stitching by {before:.2%}")
+    return done, notes
+
+
+def _inside(tracer: Tracer, receiver: Receiver, asked: np.ndarray) -> np.ndarray:
+    """Which of the texels asked for lie inside of something: (h, w) bool to the same."""
+    inside = np.zeros(asked.size, bool)
+    rows = np.flatnonzero(asked.any(1))
+    for part in slices(receiver.height, max(1, TILE // receiver.width)) if len(rows) else []:
+        if asked[part].any():
+            points, _ = receiver.points(part)
+            points = points[asked.ravel()[points.place]]
+            inside[points.place[borders.inside(tracer, points)]] = True
+    return inside.reshape(asked.shape)
 
 
 def _notes(settings: Settings, reused: list[tuple[float, int]], estimates: list[Estimate]) -> list[str]:
@@ -353,7 +496,7 @@ def _notes(settings: Settings, reused: list[tuple[float, int]], estimates: list[
     if reused:
         share = sum(n for n, _ in reused) / max(1, sum(n for _, n in reused))
         notes.append(f"interpolation: {share:.1%} of the image's points reuse their neighbours' light")
-    if settings.noise_threshold or settings.time_limit:
+    if estimates and (settings.noise_threshold or settings.time_limit):
         samples = min(estimate.samples for estimate in estimates)
         noise = max(estimate.noise for estimate in estimates)
         notes.append(f"refinement: {samples} samples for each point, relMSE {noise:.2g} by the spread of passes")

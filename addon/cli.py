@@ -21,14 +21,16 @@ from pathlib import Path
 
 import bpy
 
+from ..gi_core.geometry import Geometry
 from ..gi_core.lpv.grid import memory
 from ..gi_core.settings import SettingError, updated
-from . import preflight
+from . import layout, preflight
 from .animation import bake_frames
-from .bake import METHODS, Job, NotThere, Refused, Result, bake
+from .bake import METHODS, Job, NotThere, Refused, Result, bake, missing_uvs, receiving
 from .compare import compare
 from .compare.report import finite
 from .standard_output import quiet
+from .write import lightmap_uvs
 from .write.results import export, store
 
 DONE, USAGE, REFUSED, FAILED, CANCELLED = 0, 2, 3, 4, 130
@@ -143,15 +145,24 @@ def _run(arguments: argparse.Namespace, path: Path | None) -> int:
 def _check(arguments: argparse.Namespace, path: Path | None) -> dict:
     scene, view_layer = _open(arguments, path)
     job = _job(arguments)
-    findings = preflight.check(
-        scene, view_layer,
-        target=job.target, objects=job.objects, uv=job.uv, output=_output(arguments),
-        denoise=job.settings.denoise, glossy=job.settings.glossy,
-    )  # fmt: skip
+    with lightmap_uvs.lent(missing_uvs(scene, view_layer, job)):
+        findings, core = preflight.inspected(
+            scene, view_layer, None,
+            target=job.target, objects=job.objects, uv=job.uv, output=_output(arguments),
+            denoise=job.settings.denoise, glossy=job.settings.glossy,
+        )  # fmt: skip
     if any(f.severity == "ERROR" for f in findings):
         raise Refused(findings)
+    pages = []
+    if job.target == "lightmap":
+        names = receiving(core, job)
+        pages = layout.pages(Geometry(core), scene, names, job.uv, job.resolution, job.settings)
     volume = memory(job.settings) if job.method == "lpv" else None
-    return {"findings": [asdict(f) for f in findings], "volume_bytes": volume}
+    lightmaps = [
+        {"name": p.name, "width": p.width, "height": p.height, "objects": {q.name: q.side for q in p.places}}
+        for p in pages
+    ]
+    return {"findings": [asdict(f) for f in findings], "volume_bytes": volume, "lightmaps": lightmaps}
 
 
 def _bake(arguments: argparse.Namespace, path: Path | None) -> dict:
@@ -187,6 +198,7 @@ def _frames(text: str) -> range:
 def _compare(arguments: argparse.Namespace, path: Path | None) -> dict:
     answer, result, scene, view_layer = _baked(arguments, path)
     _progress(1.0, "Cycles")
+    lightmap_uvs.put_all({bpy.data.meshes[name, None]: uvs for name, uvs in result.uvs.items()})
     report = compare(result, scene, view_layer, samples=arguments.reference_samples, folder=_output(arguments))
     _progress(None, "")
     answer["outputs"] += [str(p) for p in report.paths]
@@ -208,6 +220,10 @@ def _baked(
     file = _save_file(arguments, output)
     if job.target == "vertices" and arguments.command == "bake" and file is None:
         raise UsageError("light at vertices is kept in the .blend: add --save, or --save FILE")
+    if arguments.command == "compare" and job.target == "lightmap" and layout.is_shared(scene, job.settings):
+        raise UsageError("Cycles bakes each object to an image of its own: compare lightmaps with atlas=object")
+    if arguments.command == "compare" and job.target == "vertices" and job.settings.domain == "corner":
+        raise UsageError("Cycles bakes to vertices: compare with domain=point")
     if job.target == "volume" and arguments.command == "compare":
         raise UsageError("Cycles has no volume of light to compare with: compare --target image")
     begin = time.perf_counter()
@@ -334,7 +350,13 @@ def _table(answer: dict) -> str:
     if "findings" in answer:
         size = answer["volume_bytes"]
         volume = f"the volume takes at most {size / 2**20:.0f} MB\n" if size else ""
-        return ("".join(_finding(f) for f in answer["findings"]) or "ready to bake\n") + volume
+        maps = "".join(
+            f"lightmap {m['name']}: {m['width']} × {m['height']} texels"
+            + (f", {len(m['objects'])} objects\n" if len(m["objects"]) > 1 else "\n")
+            + "".join(f"  {name}: {side}²\n" for name, side in m["objects"].items() if len(m["objects"]) > 1)
+            for m in answer["lightmaps"]
+        )
+        return ("".join(_finding(f) for f in answer["findings"]) or "ready to bake\n") + volume + maps
     lines = [f"{answer['method']} {answer['target']} on {answer['device']}"]
     lines += [f"  {stage:<10}{seconds:8.2f} s" for stage, seconds in answer["stages"].items()]
     lines += [f"  {'bake':<10}{answer['seconds']:8.2f} s"]

@@ -17,6 +17,7 @@ import numpy as np
 from ..gi_core import exr, tiles
 from ..gi_core.dilate import dilate
 from ..gi_core.filter import smooth
+from ..gi_core.islands import islands
 from .read.render_depsgraph import own_render_slot
 
 # The denoiser is given the image with its mirror image around it, to this distance and this side at least [px]: at the
@@ -25,6 +26,9 @@ _FRAME, _SIDE = 8, 32
 
 # What lies beyond a border is made up to this distance [px], by a filter of so many passes.
 _MARGIN, _PASSES = 4, 3
+
+# What is known of each pixel beside its light.
+_GUIDES = ("Color", "Normal", "Position", "Coverage")
 
 # Pixels that go through the denoiser at once, where images are small: each time costs as much as ten thousand of them.
 _PIXELS = 1 << 21
@@ -88,6 +92,41 @@ def smoothed(light: list[np.ndarray], found: list[dict[str, np.ndarray]]) -> Ite
                 h, w = light[i].shape[:2]
                 clean[i].append(image[_FRAME : _FRAME + h, _FRAME : _FRAME + w])
     return [np.concatenate(parts, -1) if parts else image for parts, image in zip(clean, light)]
+
+
+def smoothed_islands(light: list[np.ndarray], found: list[dict[str, np.ndarray]]) -> Iterator[float]:
+    """`smoothed` for lightmaps: each island by itself, so that none takes light from another beside it."""
+    whole = [islands(each["Coverage"][..., 0] > 0) for each in found]
+    pieces = []
+    for i, each in enumerate(whole):
+        for k in range(len(each)):
+            (top, bottom), (left, right) = each.rows[k], each.columns[k]
+            pieces.append((_bucket(right - left), i, k, (slice(top, bottom), slice(left, right))))
+    # Of one width they go through the denoiser together.
+    pieces.sort(key=lambda piece: piece[:3])
+    parts, guides = [], []
+    for width, i, k, box in pieces:
+        own = whole[i].label[box] == k
+
+        def cut(image: np.ndarray, box=box, own=own, width=width) -> np.ndarray:
+            return np.pad(np.where(own[..., None], image[box], 0), [(0, 0), (0, width - own.shape[1]), (0, 0)])
+
+        parts.append(cut(light[i]))
+        guides.append({name: cut(layer) for name, layer in found[i].items() if name in _GUIDES})
+    clean = yield from smoothed(parts, guides)
+    done = [np.zeros_like(image) for image in light]
+    for (_, i, k, box), part in zip(pieces, clean):
+        own = whole[i].label[box] == k
+        done[i][box][own] = part[:, : own.shape[1]][own]
+    return done
+
+
+def _bucket(width: int) -> int:
+    """The next power of two, or half between two."""
+    size = _SIDE
+    while size < width:
+        size = size * 3 // 2 if width <= size * 3 // 2 else size * 2
+    return size
 
 
 def _prepared(light: np.ndarray, found: dict[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:

@@ -15,17 +15,15 @@ import bpy
 import numpy as np
 
 from ..gi_core.scene import Camera, Mesh, Scene, Texture
+from ..gi_core.texels import outside, overlap
 from . import denoise as denoiser
 from .read import read_scene
 from .read.images import ImageReader
 from .read.nodes import Reading
-from .write import volumes
+from .write import lightmap_uvs, volumes
 from .write.attributes import AttributeTargetError, check_targets
 
 _SURFACES = {"MESH", "CURVE", "FONT", "SURFACE", "META"}
-
-# How far UV coordinates may leave the unit square: less than a texel of any lightmap.
-_UV_TOLERANCE = 1e-4
 
 
 @dataclass(frozen=True)
@@ -94,7 +92,7 @@ def inspected(
         if target == "image" and camera:
             findings.extend(_check_camera(core, camera))
         if target == "lightmap":
-            findings.extend(_check_uvs(core, objects, uv))
+            findings.extend(_check_uvs(core, scene, objects, uv))
         if target == "vertices":
             findings.extend(_check_vertices(core, scene, objects))
 
@@ -287,28 +285,41 @@ def _sees(camera: Camera, core: Scene) -> bool:
 def _receivers(core: Scene, objects: Sequence[str]) -> Iterator[tuple[str, Mesh]]:
     """Name and mesh of each object that results are for."""
     for instance in core.instances:
-        if not instance.is_copy and (not objects or instance.name in objects):
+        if not instance.is_copy and (instance.name in objects if objects else instance.receives):
             yield instance.name, core.meshes[instance.mesh]
 
 
-def _check_uvs(core: Scene, objects: Sequence[str], uv: str) -> Iterator[Finding]:
+def _check_uvs(core: Scene, scene: bpy.types.Scene, objects: Sequence[str], uv: str) -> Iterator[Finding]:
     for name, mesh in _receivers(core, objects):
         chosen = uv or mesh.active_uv
         uv_map = mesh.uvs.get(chosen)
         if uv_map is None:
-            message = f"'{name}' has no UV map" + (f" '{uv}'." if uv else ".")
-            yield _error("NO_UV_MAP", name, message, "Unwrap it, or leave it out.")
+            why, remedy = _why_no_map(scene.objects[name])
+            message = f"'{name}' has no UV map" + (f" '{uv}'" if uv else "")
+            yield _error("NO_UV_MAP", name, f"{message}{why}.", f"{remedy} Or leave it out.")
             continue
         area = _areas(uv_map).sum() / 2
         if not area > 0:
             message = f"No face of '{name}' has an area on UV map '{chosen}'."
             yield _error("EMPTY_UV_MAP", name, message, "Unwrap it.")
-        elif uv_map.min() < -_UV_TOLERANCE or uv_map.max() > 1 + _UV_TOLERANCE:
-            message = f"UV map '{chosen}' of '{name}' leaves the unit square, and what lies outside is not baked."
+        elif share := outside(uv_map):
+            message = f"{share:.1%} of UV map '{chosen}' of '{name}' is in faces that leave the unit square: not baked."
             yield _warning("UV_OUTSIDE", name, message, "Pack the islands, or bake to another UV map.")
-        elif area > 1 + _UV_TOLERANCE:
-            message = f"Faces of '{name}' overlap on UV map '{chosen}' and would share their light."
-            yield _warning("UV_OVERLAP", name, message, "Unwrap it without overlaps, or bake to another UV map.")
+        elif (share := overlap(uv_map)) > lightmap_uvs.TOLERANCE:
+            message = f"Faces of '{name}' overlap on {share:.1%} of UV map '{chosen}' and share their light there."
+            remedy = "Unwrap it without overlaps, or bake to another UV map; apply modifiers that copy faces."
+            yield _warning("UV_OVERLAP", name, message, remedy)
+
+
+def _why_no_map(obj: bpy.types.Object) -> tuple[str, str]:
+    """Why an object has no lightmap UVs, as the end of a sentence, and the remedy."""
+    if obj.type != "MESH":
+        return f": it is of type {obj.type}", "Convert it to a mesh."
+    if reason := lightmap_uvs.why_not(obj.data):
+        return f": {reason[0]}", reason[1]
+    if obj.modifiers:
+        return ": its modifiers make faces without one", "Apply them."
+    return "", "Unwrap it."
 
 
 def _check_vertices(core: Scene, scene: bpy.types.Scene, objects: Sequence[str]) -> Iterator[Finding]:

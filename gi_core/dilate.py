@@ -36,3 +36,36 @@ def dilate(image: np.ndarray, valid: np.ndarray, margin: int) -> tuple[np.ndarra
     grown = image.copy()
     grown[filled] = image[source_row[filled], source_column[filled]]
     return grown, filled
+
+
+def spread_in(image: np.ndarray, known: np.ndarray, wanted: np.ndarray, levels: int = 6) -> np.ndarray:
+    """Gives wanted texels values out of known ones around them, smoothly; those further than 2^levels keep theirs.
+
+    image: (h, w, c). known, wanted: (h, w) bool. Means of known texels over ever larger squares, of which each texel
+    takes the smallest that has any (pull-push, Gortler et al. 1996, "The lumigraph").
+    """
+    if not wanted.any():
+        return image
+    h, w = known.shape
+    shape = [-(-n // (1 << levels)) << levels for n in (h, w)]
+    weight = np.zeros((*shape, 1), np.float32)
+    weight[:h, :w, 0] = known
+    value = np.zeros((*shape, image.shape[-1]), np.float32)
+    value[:h, :w] = image * weight[:h, :w]
+    pyramid = [(value, weight)]
+    for _ in range(levels):
+        pyramid.append(tuple(a.reshape(len(a) // 2, 2, a.shape[1] // 2, 2, -1).mean((1, 3)) for a in pyramid[-1]))
+    coarse = None
+    for value, weight in reversed(pyramid):
+        here = np.divide(value, weight, out=np.zeros_like(value), where=weight > 0)
+        has = weight[..., 0] > 0
+        if coarse is not None:
+            wide, known_wide = (_doubled(a) for a in coarse)
+            here, has = np.where(has[..., None], here, wide), has | known_wide
+        coarse = here, has
+    filled, has = coarse[0][:h, :w], coarse[1][:h, :w]
+    return np.where((wanted & has)[..., None], filled, image)
+
+
+def _doubled(a: np.ndarray) -> np.ndarray:
+    return np.repeat(np.repeat(a, 2, 0), 2, 1)

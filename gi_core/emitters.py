@@ -22,7 +22,7 @@ def emitters(geometry: Geometry, n: int = POINTS) -> Vpls:
     strength = np.array([np.mean(np.abs(m.emission.value)) for m in scene.materials], np.float32)
     if not np.any(strength) or not len(geometry.triangles):
         return Vpls.concatenate([])
-    strength = strength[geometry.material(np.arange(len(geometry.triangles)))]
+    strength = strength[geometry.material(np.arange(len(geometry.triangles)))] * geometry.casts
     if not np.any(geometry.areas * strength > 0):
         return Vpls.concatenate([])
     triangle, weights, share = strewn(geometry, strength, n)

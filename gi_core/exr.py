@@ -63,11 +63,16 @@ def write_layers(
     _write(path, channels, {"BlenderMultiChannel": "Blender V2.55.1 and newer"} | (metadata or {}))
 
 
-def write_image(path: str | os.PathLike, pixels: np.ndarray, metadata: dict[str, str] | None = None) -> None:
-    """Write (h, w, 3) or (h, w, 4) float32 as a plain RGB or RGBA EXR; whole or not at all, as above."""
+def write_image(
+    path: str | os.PathLike, pixels: np.ndarray, metadata: dict[str, str] | None = None, half: bool = False
+) -> None:
+    """Write (h, w, 3) or (h, w, 4) float32 as a plain RGB or RGBA EXR; whole or not at all, as above.
+
+    half: 16 bits for each value; what these cannot hold becomes their largest.
+    """
     if pixels.ndim != 3 or pixels.shape[2] not in (3, 4):
         raise ValueError(f"an EXR image needs 3 or 4 channels, not an array of shape {pixels.shape}")
-    _write(path, {c: pixels[..., i] for i, c in enumerate("RGBA"[: pixels.shape[2]])}, metadata or {})
+    _write(path, {c: pixels[..., i] for i, c in enumerate("RGBA"[: pixels.shape[2]])}, metadata or {}, half)
 
 
 def read_layers(path: str | os.PathLike, view_layer: str | None = None) -> dict[str, np.ndarray]:
@@ -101,12 +106,16 @@ def _stack(channels: dict[str, np.ndarray]) -> np.ndarray:
     return np.stack([channels[c][::-1] for c in ordered], axis=-1).astype(np.float32, copy=False)
 
 
-def _write(path: str | os.PathLike, channels: dict[str, np.ndarray], metadata: dict[str, str]) -> None:
+def _write(
+    path: str | os.PathLike, channels: dict[str, np.ndarray], metadata: dict[str, str], half: bool = False
+) -> None:
     sizes = {c.shape for c in channels.values()}
     if len(sizes) != 1:
         raise ValueError(f"an EXR needs channels of one size, not {sorted(sizes)}")
     header = metadata | {"compression": OpenEXR.ZIP_COMPRESSION, "type": OpenEXR.scanlineimage}
-    rows = {name: np.ascontiguousarray(c[::-1], np.float32) for name, c in channels.items()}
+    kind = np.float16 if half else np.float32
+    limit = np.finfo(kind).max
+    rows = {name: np.ascontiguousarray(np.clip(c[::-1], -limit, limit), kind) for name, c in channels.items()}
     path = Path(path)
     part = path.with_name(f".{path.name}.part")
     try:

@@ -122,6 +122,11 @@ class Geometry:
             return np.zeros(len(self.triangles), bool)
         return let_through[self.material(np.arange(len(self.triangles)))]
 
+    @property
+    def casts(self) -> np.ndarray:
+        """Triangles that block and reflect light: (t,) bool."""
+        return np.array([i.casts for i in self.scene.instances], bool)[self.instance]
+
     @cached_property
     def has_gloss(self) -> bool:
         """Whether any surface reflects more than its albedo."""

@@ -10,8 +10,11 @@ from pathlib import Path
 import numpy as np
 
 
-def encode(pixels: np.ndarray) -> bytes:
-    """(h, w, 3) or (h, w, 4) uint8 sRGB, row 0 at the bottom, as the bytes of a PNG file."""
+def encode(pixels: np.ndarray, text: dict[str, str] | None = None, linear: bool = False) -> bytes:
+    """(h, w, 3) or (h, w, 4) uint8, row 0 at the bottom, as the bytes of a PNG file.
+
+    text: keyword -> sentence, kept with the picture. linear: values are no sRGB colours.
+    """
     if pixels.ndim != 3 or pixels.shape[2] not in (3, 4) or pixels.dtype != np.uint8:
         raise ValueError(f"a PNG needs (h, w, 3 or 4) uint8, not {pixels.shape} {pixels.dtype}")
     height, width, channels = pixels.shape
@@ -22,16 +25,20 @@ def encode(pixels: np.ndarray) -> bytes:
     rows[:, 1:] = np.diff(top_down, axis=1, prepend=np.uint8(0)).reshape(height, -1)
     color_type = {3: 2, 4: 6}[channels]
     header = struct.pack(">IIBBBBB", width, height, 8, color_type, 0, 0, 0)
-    chunks = [(b"IHDR", header), (b"sRGB", b"\0"), (b"IDAT", zlib.compress(rows.tobytes())), (b"IEND", b"")]
+    space = (b"gAMA", struct.pack(">I", 100000)) if linear else (b"sRGB", b"\0")
+    told = [(b"iTXt", k.encode("latin-1") + b"\0\0\0\0\0" + v.encode()) for k, v in (text or {}).items()]
+    chunks = [(b"IHDR", header), space, *told, (b"IDAT", zlib.compress(rows.tobytes())), (b"IEND", b"")]
     return b"\x89PNG\r\n\x1a\n" + b"".join(_chunk(kind, data) for kind, data in chunks)
 
 
-def write(path: str | os.PathLike, pixels: np.ndarray) -> None:
+def write(
+    path: str | os.PathLike, pixels: np.ndarray, text: dict[str, str] | None = None, linear: bool = False
+) -> None:
     """Write what `encode` gives; the file appears whole or not at all."""
     path = Path(path)
     part = path.with_name(f".{path.name}.part")
     try:
-        part.write_bytes(encode(pixels))
+        part.write_bytes(encode(pixels, text, linear))
         part.replace(path)
     finally:
         part.unlink(missing_ok=True)

@@ -14,7 +14,8 @@ from functools import cache
 
 import numpy as np
 
-from . import surfels, tiles
+from . import directional, surfels, tiles
+from .atlas import Page
 from .geometry import Geometry
 from .scene import Camera
 from .surfels import Surfels
@@ -60,24 +61,39 @@ def of_camera(tracer: Tracer, camera: Camera, subpixels: int) -> Receiver:
     return Receiver("", width, height, points, subpixels)
 
 
-def of_texels(geometry: Geometry, name: str, uv: str, side: int) -> Receiver:
-    """A lightmap of an object on one of its UV maps, "" for the active one."""
-    return Receiver(name, side, side, lambda rows: surfels.from_texels(geometry, name, uv, (side, side), rows))
+def of_page(geometry: Geometry, page: Page, side: int = 0) -> Receiver:
+    """A lightmap of the objects that lie on it; side: which of the normals of a directional one."""
+    size = page.width, page.height
+
+    def points(rows: slice):
+        none = surfels.at(geometry, *(np.zeros(s, int) for s in ((0,), (0, 3), (0,))))
+        parts = [(none, np.zeros(0, bool))]
+        for place in page.places:
+            if place.y < rows.stop and place.y + place.side > rows.start:
+                parts.append(surfels.from_texels(geometry, place.name, place.uv, size, rows, place))
+        here, centred = zip(*parts)
+        surface = Surfels.concatenate(list(here))
+        if side:
+            surface = replace(surface, normal=directional.tilted(surface.normal, side))
+        return surface, np.concatenate(centred)
+
+    return Receiver(directional.named(page.name, side), *size, points)
 
 
-def of_vertices(geometry: Geometry, name: str) -> Receiver:
-    """The vertices of an object."""
+def of_vertices(geometry: Geometry, name: str, corners: bool = False) -> Receiver:
+    """The vertices of an object, or the corners of its triangles."""
 
     @cache
     def every():
-        return surfels.from_vertices(geometry, name)
+        return (surfels.from_corners if corners else surfels.from_vertices)(geometry, name)
 
     def points(rows: slice):
         low, high = np.searchsorted(every().place, (rows.start, rows.stop))
         here = every()[low:high]
         return here, np.ones(len(here), bool)
 
-    return Receiver(name, 1, len(geometry.mesh_of(name)[0].vertices), points, is_image=False)
+    mesh, _ = geometry.mesh_of(name)
+    return Receiver(name, 1, 3 * len(mesh.triangles) if corners else len(mesh.vertices), points, is_image=False)
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+# The UV map that is made for lightmaps where a mesh has none; where it is there, lightmaps lie on it.
+LIGHTMAP_UV = "GI Lightmap"
+
 
 @dataclass(frozen=True)
 class Texture:
@@ -126,6 +129,7 @@ class Instance:
     matrix: (4, 4) float64, mesh space to world space.
     materials: index into `Scene.materials` for each slot, at least one.
     is_copy: made by instancing, not an object of its own; it casts and reflects light but no result is kept for it.
+    receives: gets results where none are asked for by name. casts: blocks and reflects light.
     """
 
     name: str
@@ -133,6 +137,8 @@ class Instance:
     matrix: np.ndarray
     materials: tuple[int, ...]
     is_copy: bool = False
+    receives: bool = True
+    casts: bool = True
 
 
 @dataclass(frozen=True)

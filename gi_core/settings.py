@@ -72,6 +72,60 @@ class Settings:
         high=64,
         unit="texels",
     )
+    domain: str = setting(
+        "point",
+        "Light at vertices: one value for each vertex, or one for each corner of each face, which keeps hard edges",
+        choices=("point", "corner"),
+    )
+    atlas: str = setting(
+        "object",
+        "Lightmaps: one image for each object, for each collection, or one for all",
+        choices=("object", "collection", "all"),
+    )
+    density: float = setting(
+        0.0,
+        "Lightmaps: texels per metre of surface; 0 makes them as many as the resolution gives",
+        low=0.0,
+        high=1e5,
+        unit="texels/m",
+    )
+    unwrap: str = setting(
+        "missing",
+        "Lightmap UVs are made, in a map of their own, where a mesh has none that is free of overlaps, or never",
+        choices=("missing", "never"),
+    )
+    stitch: bool = setting(True, "Lightmaps: makes the light on both sides of each seam of the UV map agree")
+    directional: bool = setting(
+        False,
+        "Lightmaps: also how the light changes with the normal, for bump maps, as four images of spherical harmonics; "
+        "takes four times as long",
+    )
+    encoding: str = setting(
+        "srgb",
+        "Lightmaps as PNG: to look at, or with the full range of light: colour times (rgbm) or over (rgbd) alpha; the "
+        "file says how it is decoded",
+        choices=("srgb", "rgbm", "rgbd"),
+    )
+    exposure: float = setting(
+        0.0, "Lightmaps as PNG: factor on light before it is encoded; 0 finds a fitting one", low=0.0, high=1e6
+    )
+    rebake: str = setting(
+        "all",
+        "Lightmaps: all, or only of objects that were changed since they were baked into the file, or all where the "
+        "lamps, the sky or the settings were; what changed objects reflect onto others then stays as it was",
+        choices=("all", "changed"),
+    )
+    gltf: bool = setting(
+        False, "Lightmaps: also writes baked.glb, the objects with their colour times the light, unlit, for any viewer"
+    )
+    exr: str = setting("float", "Lightmaps as EXR: 32 bits for each value, or 16", choices=("float", "half"))
+    padding: int = setting(
+        2,
+        "Texels that stay free around each island of lightmap UVs that are made, and around each object on an image",
+        low=0,
+        high=64,
+        unit="texels",
+    )
     antialias: int = setting(
         2, "Points seen per pixel along each axis in a camera image; smooths silhouettes", low=1, high=8
     )
@@ -89,6 +143,10 @@ class Settings:
         high=1 << 20,
         unit="MB",
     )
+
+    def wanted(self, direct, indirect):
+        """Of two parts of light, arrays, what the setting `light` asks for."""
+        return {"combined": direct + indirect, "direct": direct, "indirect": indirect}[self.light]
 
     def __post_init__(self):
         for f in fields(self):

@@ -7,6 +7,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
+from .atlas import Place
 from .emitters import strewn
 from .geometry import Geometry
 from .scene import Camera
@@ -15,6 +16,10 @@ from .trace import FAR, Tracer
 from .vectors import dot, normalize, offset
 
 TILE = 1 << 16
+
+# Weights of a triangle's corners, drawn 1 % towards its centre: at a vertex itself the neighbouring walls would be met
+# at distance zero.
+_CORNERS = np.full((3, 3), 0.01 / 3, np.float32) + 0.99 * np.eye(3, dtype=np.float32)
 
 
 @dataclass(frozen=True)
@@ -136,11 +141,17 @@ def from_camera(tracer: Tracer, camera: Camera, subpixels: int = 1, rows: slice 
 
 
 def from_texels(
-    geometry: Geometry, name: str, uv: str, resolution: tuple[int, int], rows: slice | None = None
+    geometry: Geometry,
+    name: str,
+    uv: str,
+    resolution: tuple[int, int],
+    rows: slice | None = None,
+    place: Place | None = None,
 ) -> tuple[Surfels, np.ndarray]:
     """A surfel for every texel that a face of an object touches, with the point clamped into the face.
 
     name: the object. uv: its UV map, "" for the active one. resolution: (width, height). rows: of texels, None for all.
+    place: of the object on the image, None for all of it.
     Returns the Surfels and (n,) bool: whether the texel's centre lies in a face.
     Raises KeyError where there is no such object or UV map.
     """
@@ -150,7 +161,11 @@ def from_texels(
         raise KeyError(f"object '{name}' has no UV map '{layer}'")
     # Without area there is no normal and nothing to light.
     solid = np.any(geometry.face_normal(triangle) != 0, -1)
-    texels = covered_texels(mesh.uvs[layer][solid], resolution, rows)
+    uvs = mesh.uvs[layer][solid]
+    if place is None:
+        texels = covered_texels(uvs, resolution, rows)
+    else:
+        texels = covered_texels(place.on(uvs, *resolution), resolution, rows).within(place, resolution[0])
     return at(geometry, triangle[solid][texels.triangle], texels.weights, texels.place), texels.centred
 
 
@@ -167,18 +182,26 @@ def strewn_over(geometry: Geometry, names: Sequence[str], n: int) -> Surfels:
     return at(geometry, triangle, weights, np.arange(n))
 
 
+def from_corners(geometry: Geometry, name: str) -> Surfels:
+    """A surfel for each corner of each triangle of an object that has an area; `place` is 3 · triangle + corner. Raises
+    KeyError for no such object."""
+    _, triangle = geometry.mesh_of(name)
+    solid = np.flatnonzero(np.any(geometry.face_normal(triangle) != 0, -1))
+    corner = np.tile(np.arange(3), len(solid))
+    place = 3 * np.repeat(solid, 3) + corner
+    return at(geometry, np.repeat(triangle[solid], 3), _CORNERS[corner], place)
+
+
 def from_vertices(geometry: Geometry, name: str) -> Surfels:
     """A surfel for each vertex of an object that a face uses; `place` is the vertex's index. Raises KeyError for no
     such object."""
     mesh, triangle = geometry.mesh_of(name)
     solid = np.any(geometry.face_normal(triangle) != 0, -1)
     triangle = triangle[solid]
-    # Drawn 1 % towards the face's centre: at the vertex itself the neighbouring walls would be met at distance zero.
-    weights = np.full((3, 3), 0.01 / 3, np.float32) + 0.99 * np.eye(3, dtype=np.float32)
     corner = np.tile(np.arange(3), len(triangle))
     vertex = mesh.triangles[solid].ravel()
     _, one = np.unique(vertex, return_index=True)
-    surfels = at(geometry, np.repeat(triangle, 3)[one], weights[corner[one]], vertex[one])
+    surfels = at(geometry, np.repeat(triangle, 3)[one], _CORNERS[corner[one]], vertex[one])
 
     # The vertex's normal: the mean over its corners, as Blender smooths it.
     mean = np.zeros((len(mesh.vertices), 3), np.float32)

@@ -2,15 +2,22 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which texels of a lightmap belong to which triangle: conservative rasterising in UV space."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
+from .atlas import Place
+
 # Candidate (triangle, texel) pairs looked at in one go; bounds the memory of a large map to some 200 MB.
 _BATCH = 1 << 20
 
-# Of barycentric weights.
-_ROUNDING = 1e-9
+# Of barycentric weights: of double numbers, and of UVs in single ones on an edge that triangles share.
+_ROUNDING, _SHARED = 1e-9, 1e-3
+
+
+# How far points leave the edge that they were clamped to [texels].
+_DRAWN_IN = 0.25
 
 
 @dataclass(frozen=True)
@@ -19,7 +26,7 @@ class Texels:
 
     place: (n,) int64, row · width + column.
     triangle: (n,) int64, the triangle that holds the texel's centre, or else comes closest to it.
-    weights: (n, 3) float32, barycentric weights of the centre, clamped into the triangle.
+    weights: (n, 3) float32, barycentric weights of the centre, or of a point near it a little inside of the triangle.
     centred: (n,) bool, the centre lies in the triangle.
     """
 
@@ -27,6 +34,12 @@ class Texels:
     triangle: np.ndarray
     weights: np.ndarray
     centred: np.ndarray
+
+    def within(self, place: Place, width: int) -> "Texels":
+        """Those on an object's own square of an image that is so wide."""
+        column, row = self.place % width - place.x, self.place // width - place.y
+        own = (column >= 0) & (column < place.side) & (row >= 0) & (row < place.side)
+        return Texels(self.place[own], self.triangle[own], self.weights[own], self.centred[own])
 
 
 def covered_texels(uvs: np.ndarray, resolution: tuple[int, int], rows: slice | None = None) -> Texels:
@@ -39,25 +52,13 @@ def covered_texels(uvs: np.ndarray, resolution: tuple[int, int], rows: slice | N
     """
     w, h = resolution
     top, bottom = (h, 0) if rows is None else (rows.stop, rows.start)
-    finite = np.isfinite(uvs).all((1, 2))
-    pixels = np.where(finite[:, None, None], uvs, 0).astype(np.float64) * (w, h)
-    low = np.floor(np.clip(pixels.min(1), 0, (w, h))).astype(np.int64)
-    high = np.ceil(np.clip(pixels.max(1), 0, (w, h))).astype(np.int64)
-    # A triangle on a texel's border or without extent still touches one.
-    high = np.minimum(np.maximum(high, low + 1), (w, h))
-    low[:, 1], high[:, 1] = np.maximum(low[:, 1], bottom), np.minimum(high[:, 1], top)
-    size = np.maximum(high - low, 0) * finite[:, None]
-    ends = np.cumsum(size[:, 0] * size[:, 1])
+    pixels, finite = _pixels(uvs, resolution)
     edges = _Edges.of(pixels)
 
     distance = np.full(w * (top - bottom), np.inf)
     triangle = np.full(len(distance), -1, np.int64)
     weights = np.zeros((len(distance), 3), np.float32)
-    for begin in range(0, int(ends[-1]) if len(ends) else 0, _BATCH):
-        pair = np.arange(begin, min(begin + _BATCH, int(ends[-1])))
-        t = np.searchsorted(ends, pair, "right")
-        k = pair - (ends[t] - size[t, 0] * size[t, 1])
-        texel = low[t] + np.stack([k % size[t, 0], k // size[t, 0]], -1)
+    for t, texel in _candidates(pixels, finite, resolution, bottom, top):
         place = (texel[:, 1] - bottom) * w + texel[:, 0]
         bary, inside, touching = edges.met(t, texel + 0.5)
         # Where indices repeat the last assignment counts: backwards, so that the first triangle has the texel.
@@ -73,7 +74,71 @@ def covered_texels(uvs: np.ndarray, resolution: tuple[int, int], rows: slice | N
         distance[texel], triangle[texel], weights[texel] = d2[closest], t[rest[closest]], bary[closest]
 
     found = np.flatnonzero(triangle >= 0)
-    return Texels(found + w * bottom, triangle[found], weights[found], distance[found] == 0)
+    triangle, weights, centred = triangle[found], weights[found], distance[found] == 0
+    weights[~centred] = _drawn_in(pixels[triangle[~centred]], weights[~centred])
+    return Texels(found + w * bottom, triangle, weights, centred)
+
+
+def _drawn_in(corners: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Points on triangles' edges, a little towards their middles: at the edge itself a floor lies in the wall that
+    stands on it, and sees nothing. (n, 3, 2) [texels], (n, 3) -> (n, 3) float32."""
+    way = np.einsum("nk,nkc->nc", weights - 1 / 3, corners)
+    length = np.maximum(np.linalg.norm(way, axis=-1, keepdims=True), 1e-12)
+    share = np.minimum(_DRAWN_IN / length, 0.5).astype(np.float32)
+    return (1 - share) * weights + share / 3
+
+
+def overlap(uvs: np.ndarray, side: int = 512) -> float:
+    """Share of what triangles cover that more than one of them covers, 0…1, by side² samples: (t, 3, 2) UVs."""
+    pixels, finite = _pixels(uvs, (side, side))
+    edges = _Edges.of(pixels)
+    count = np.zeros(side * side, np.int64)
+    for t, texel in _candidates(pixels, finite, (side, side), 0, side):
+        weights, _, _ = edges.met(t, texel + 0.5)
+        # What two triangles share is an edge, and no overlap.
+        within = weights.min(-1) > _SHARED
+        count += np.bincount(texel[within, 1] * side + texel[within, 0], minlength=side * side)
+    covered = np.count_nonzero(count)
+    return float(np.count_nonzero(count > 1) / covered) if covered else 0.0
+
+
+def outside(uvs: np.ndarray, tolerance: float = 1e-4) -> float:
+    """Share of the area of triangles that leave the unit square by more than a tolerance, 0…1: (t, 3, 2) UVs."""
+    a, b = uvs[:, 1] - uvs[:, 0], uvs[:, 2] - uvs[:, 0]
+    with np.errstate(invalid="ignore", over="ignore"):
+        area = np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).astype(np.float64)
+    # Written so that what is not a number is out too.
+    out = ~((uvs >= -tolerance) & (uvs <= 1 + tolerance)).all((1, 2))
+    whole = area.sum()
+    return float(area[out].sum() / whole) if whole > 0 else float(out.any())
+
+
+def _pixels(uvs: np.ndarray, resolution: tuple[int, int]) -> tuple[np.ndarray, np.ndarray]:
+    """UVs in texels, (t, 3, 2) float64, and which triangles are at finite places, (t,) bool."""
+    finite = np.isfinite(uvs).all((1, 2))
+    return np.where(finite[:, None, None], uvs, 0).astype(np.float64) * resolution, finite
+
+
+def _candidates(
+    pixels: np.ndarray, finite: np.ndarray, resolution: tuple[int, int], bottom: int, top: int
+) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+    """Triangles with the texels of their bounding boxes, in batches: (n,) triangles and (n, 2) columns and rows.
+
+    bottom, top: rows of texels to look at.
+    """
+    w, h = resolution
+    low = np.floor(np.clip(pixels.min(1), 0, (w, h))).astype(np.int64)
+    high = np.ceil(np.clip(pixels.max(1), 0, (w, h))).astype(np.int64)
+    # A triangle on a texel's border or without extent still touches one.
+    high = np.minimum(np.maximum(high, low + 1), (w, h))
+    low[:, 1], high[:, 1] = np.maximum(low[:, 1], bottom), np.minimum(high[:, 1], top)
+    size = np.maximum(high - low, 0) * finite[:, None]
+    ends = np.cumsum(size[:, 0] * size[:, 1])
+    for begin in range(0, int(ends[-1]) if len(ends) else 0, _BATCH):
+        pair = np.arange(begin, min(begin + _BATCH, int(ends[-1])))
+        t = np.searchsorted(ends, pair, "right")
+        k = pair - (ends[t] - size[t, 0] * size[t, 1])
+        yield t, low[t] + np.stack([k % size[t, 0], k // size[t, 0]], -1)
 
 
 @dataclass(frozen=True)

@@ -97,9 +97,10 @@ class Tracer:
         self.geometry, self.device = geometry, device
         self.sky, self.suns = parted(geometry.scene.environment)
         self.glow = emitters(geometry)
-        clear = geometry.clear
-        self._solid = _Triangles(geometry, np.flatnonzero(~clear) if clear.any() else None)
-        self._clear = _Triangles(geometry, np.flatnonzero(clear))
+        clear, casts = geometry.clear, geometry.casts
+        solid = casts & ~clear
+        self._solid = _Triangles(geometry, None if solid.all() else np.flatnonzero(solid))
+        self._clear = _Triangles(geometry, np.flatnonzero(clear & casts))
 
     @cached_property
     def on_card(self) -> GpuRays | None:

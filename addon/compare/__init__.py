@@ -55,7 +55,7 @@ def compare(
         comparisons = []
         for kind in filter(job.wants, ("direct", "indirect")):
             if job.target == "lightmap":
-                maps = {name: job.uv or view_layer.objects[name].data.uv_layers.active.name for name in names}
+                maps = {place.name: place.uv for page in result.pages for place in page.places if place.name in names}
                 side = next(iter(result.light.values())).valid.shape[0]
                 found = lightmap_reference(scene, view_layer, maps, side, passes=(kind.upper(),), **terms)
             else:

@@ -5,7 +5,7 @@
 import bpy
 import numpy as np
 
-from ...gi_core.scene import Mesh
+from ...gi_core.scene import LIGHTMAP_UV, Mesh
 
 
 def read_mesh(mesh: bpy.types.Mesh, name: str) -> Mesh:
@@ -30,7 +30,7 @@ def read_mesh(mesh: bpy.types.Mesh, name: str) -> Mesh:
             for layer in mesh.uv_layers
         },
         render_uv=next((layer.name for layer in mesh.uv_layers if layer.active_render), ""),
-        active_uv=mesh.uv_layers.active.name if mesh.uv_layers.active else "",
+        active_uv=next((layer.name for layer in (mesh.uv_layers.get(LIGHTMAP_UV), mesh.uv_layers.active) if layer), ""),
     )
 
 

@@ -8,6 +8,7 @@ import bpy
 import numpy as np
 
 from ...gi_core.scene import Instance, Mesh
+from ..object_options import object_options
 from .meshes import read_mesh
 
 # Types of object that render, but not as surfaces.
@@ -43,7 +44,8 @@ def read_objects(
             if len(mesh.triangles):
                 known[key] = len(meshes), int(mesh.slots.max()) + 1
                 meshes.append(mesh)
-        if known[key] is None:
+        options = object_options(source.original)
+        if known[key] is None or not (options.use or options.casts):
             continue
         index, needed = known[key]
         slots = [material_index(slot.material) for slot in source.material_slots] or [material_index(None)]
@@ -54,6 +56,8 @@ def read_objects(
                 mesh=index,
                 matrix=np.array(entry.matrix_world, np.float64),
                 materials=tuple(slots),
+                receives=options.use,
+                casts=options.casts,
                 is_copy=source.is_from_set or (entry.is_instance and not _is_own_surface(entry)),
             )
         )

@@ -6,6 +6,7 @@ import bpy
 import numpy as np
 
 ATTRIBUTE = "gi_irradiance"
+CORNERS = "gi_irradiance_corner"
 COVERAGE = "gi_coverage"
 
 
@@ -13,7 +14,7 @@ class AttributeTargetError(ValueError):
     """A mesh cannot take the attribute; the message names the object and the remedy."""
 
 
-def check_targets(objects: list[bpy.types.Object], name: str = ATTRIBUTE) -> None:
+def check_targets(objects: list[bpy.types.Object], name: str = ATTRIBUTE, domain: str = "POINT") -> None:
     """Raise AttributeTargetError for the first object that cannot take the attribute; touches nothing.
 
     Refused are objects without a mesh, in edit mode, with linked meshes, with a mesh that other objects share (each
@@ -34,7 +35,7 @@ def check_targets(objects: list[bpy.types.Object], name: str = ATTRIBUTE) -> Non
                 "one only: make them single-user (Object > Relations > Make Single User), or bake to lightmaps"
             )
         taken = mesh.attributes.get(name)
-        if (taken and (taken.data_type, taken.domain) != ("FLOAT_COLOR", "POINT")) or name in obj.vertex_groups:
+        if (taken and (taken.data_type, taken.domain) != ("FLOAT_COLOR", domain)) or name in obj.vertex_groups:
             raise AttributeTargetError(
                 f"Object '{obj.name}': its mesh has another attribute or vertex group '{name}': rename or remove it"
             )
@@ -60,6 +61,34 @@ def write_irradiance(irradiance: dict[str, np.ndarray], name: str = ATTRIBUTE) -
         rgba[:, :3] = values
         mesh = obj.data
         attribute = mesh.attributes.get(name) or mesh.attributes.new(name, "FLOAT_COLOR", "POINT")
+        attribute.data.foreach_set("color", rgba.ravel())
+        mesh.update()
+
+
+def write_corners(irradiance: dict[str, np.ndarray], name: str = CORNERS) -> None:
+    """Store light at the corners of triangles, object name -> (3 t, 3) float32, as a FLOAT_COLOR attribute of its face
+    corners, alpha 1; a corner that several triangles of a face share takes their mean.
+
+    Raises what `write_irradiance` raises, where it does.
+    """
+    objects = {bpy.data.objects[key]: values for key, values in irradiance.items()}
+    check_targets(list(objects), name, "CORNER")
+    for obj, values in objects.items():
+        obj.data.calc_loop_triangles()
+        if len(values) != 3 * len(obj.data.loop_triangles):
+            raise AttributeTargetError(
+                f"Object '{obj.name}': light for {len(values) // 3} triangles does not fit its mesh of "
+                f"{len(obj.data.loop_triangles)}: modifiers change the mesh; apply them, or bake to a lightmap"
+            )
+    for obj, values in objects.items():
+        mesh = obj.data
+        corner = np.empty(3 * len(mesh.loop_triangles), np.int32)
+        mesh.loop_triangles.foreach_get("loops", corner)
+        count = np.maximum(np.bincount(corner, minlength=len(mesh.loops)), 1)
+        rgba = np.ones((len(mesh.loops), 4), np.float32)
+        for c in range(3):
+            rgba[:, c] = np.bincount(corner, values[:, c], len(mesh.loops)) / count
+        attribute = mesh.attributes.get(name) or mesh.attributes.new(name, "FLOAT_COLOR", "CORNER")
         attribute.data.foreach_set("color", rgba.ravel())
         mesh.update()
 

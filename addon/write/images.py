@@ -8,7 +8,8 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ...gi_core import display, exr, png
+from ...gi_core import display, encodings, exr, png
+from ...gi_core.settings import Settings
 
 # A custom property that marks a result of ours; its value is the name that was asked for, since Blender makes it
 # "NAME.001" where the user has an image NAME.
@@ -44,6 +45,19 @@ def save_image(folder: Path, name: str, pixels: np.ndarray, exposure: float | No
     path = Path(folder) / f"{file_stem(name)}.exr"
     exr.write_image(path, pixels)
     return [path, save_png(folder, name, pixels, exposure)]
+
+
+def save_lightmap(folder: Path, name: str, pixels: np.ndarray, settings: Settings) -> list[Path]:
+    """Write a lightmap (h, w, 4), alpha 1 where there is light, as FOLDER/NAME.exr and .png as the settings say; the
+    paths. The files' metadata say what the values are."""
+    path = Path(folder) / f"{file_stem(name)}.exr"
+    exr.write_image(path, pixels, {"gi_bake": "E / pi, scene-linear Rec.709"}, half=settings.exr == "half")
+    mask = pixels[..., 3] > 0
+    exposure = settings.exposure or display.exposure_of(pixels, mask)
+    values, decoding = encodings.encoded(pixels, settings.encoding, exposure, mask)
+    picture = path.with_suffix(".png")
+    png.write(picture, values, {"Decoding": decoding, "Values": "E / pi"}, linear=settings.encoding != "srgb")
+    return [path, picture]
 
 
 def save_png(folder: Path, name: str, pixels: np.ndarray, exposure: float | None = None) -> Path:

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from gi_bake.gi_core import receivers
+from gi_bake.gi_core.atlas import Page, Place
 from gi_bake.gi_core.receivers import Receiver, cut
 from gi_bake.gi_core.surfels import Surfels
 from gi_bake.gi_core.tiles import finish
@@ -46,7 +47,7 @@ def test_small_receivers_share_a_tile_and_their_points_know_their_places():
 
 def test_bands_of_a_lightmap_are_the_rows_of_the_whole():
     tracer = shapes.tracer([shapes.plate(0, 1)])
-    receiver = receivers.of_texels(tracer.geometry, "plate", "", 32)
+    receiver = receivers.of_page(tracer.geometry, Page("plate", 32, 32, (Place("plate", "", 0, 0, 32),)))
     whole, _ = receiver.points(slice(0, 32))
     parts = [receiver.points(slice(k, k + 8))[0] for k in range(0, 32, 8)]
     assert np.array_equal(np.concatenate([p.place for p in parts]), whole.place)

@@ -1,0 +1,103 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which lightmaps a bake makes, how large, and which objects lie on which: known before any light is worked out."""
+
+from collections.abc import Sequence
+
+import bpy
+import numpy as np
+
+from ..gi_core.atlas import MOST, Asked, Page, single, together
+from ..gi_core.geometry import Geometry
+from ..gi_core.settings import SettingError, Settings
+from .object_options import object_options
+
+# Side of a lightmap where none is asked for: of one object, of several [texels].
+SIDE, ATLAS_SIDE = 256, 1024
+
+# The least side of a lightmap of several that follows from a density.
+_SMALL = 64
+
+
+def is_shared(scene: bpy.types.Scene, settings: Settings) -> bool:
+    """Whether any lightmap is for several objects."""
+    return settings.atlas != "object" or any(object_options(obj).lightmap_group for obj in scene.objects)
+
+
+def side(scene: bpy.types.Scene, resolution: int | None, settings: Settings) -> int:
+    """Of a lightmap, where nothing else says it [texels]."""
+    return resolution or (ATLAS_SIDE if is_shared(scene, settings) else SIDE)
+
+
+def pages(
+    geometry: Geometry,
+    scene: bpy.types.Scene,
+    names: Sequence[str],
+    uv: str,
+    resolution: int | None,
+    settings: Settings,
+) -> list[Page]:
+    """The lightmaps of objects.
+
+    names: the objects. uv: their UV map, "" for each one's own choice. resolution: side of a lightmap, None for what
+    the settings give.
+    Raises SettingError where objects do not fit.
+    """
+    groups: dict[tuple[str, str], list[Asked]] = {}
+    for name in names:
+        groups.setdefault(_group(scene.objects[name], scene, settings), []).append(_asked(geometry, scene, name, uv))
+    made: list[Page] = []
+    taken: set[str] = set()
+    for (kind, label), asked in groups.items():
+        name, number = label, 1
+        while name in taken:
+            number += 1
+            name = f"{label} {number}"
+        taken.add(name)
+        try:
+            if kind == "object":
+                made.append(single(asked[0], resolution or SIDE, settings.density))
+            else:
+                made += _shared(name, asked, resolution, settings)
+        except ValueError as error:
+            raise SettingError(str(error)) from error
+    return made
+
+
+def _shared(name: str, asked: list[Asked], resolution: int | None, settings: Settings) -> list[Page]:
+    if resolution or not settings.density:
+        return together(name, asked, resolution or ATLAS_SIDE, settings.density, settings.padding)
+    # The smallest that all fit on, or else as many of the largest as it takes.
+    size = _SMALL
+    while size < MOST:
+        try:
+            [page] = together(name, asked, size, settings.density, settings.padding)
+            return [page]
+        except ValueError:
+            size *= 2
+    return together(name, asked, MOST, settings.density, settings.padding)
+
+
+def _group(obj: bpy.types.Object, scene: bpy.types.Scene, settings: Settings) -> tuple[str, str]:
+    """Kind and name of the lightmap that an object lies on."""
+    if group := object_options(obj).lightmap_group:
+        return "group", group
+    if settings.atlas == "collection":
+        return "collection", next((c.name for c in obj.users_collection), scene.name)
+    return ("all", scene.name) if settings.atlas == "all" else ("object", obj.name)
+
+
+def _asked(geometry: Geometry, scene: bpy.types.Scene, name: str, uv: str) -> Asked:
+    mesh, triangles = geometry.mesh_of(name)
+    chosen = uv or mesh.active_uv
+    uvs = np.nan_to_num(mesh.uvs[chosen].astype(np.float64))
+    a, b = uvs[:, 1] - uvs[:, 0], uvs[:, 2] - uvs[:, 0]
+    return Asked(
+        name,
+        chosen,
+        area=float(geometry.areas[triangles].sum(dtype=np.float64)),
+        filled=float(np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum() / 2),
+        low=np.clip(uvs.min((0, 1)), 0, 1),
+        high=np.clip(uvs.max((0, 1)), 0, 1),
+        factor=object_options(scene.objects[name]).lightmap_factor,
+    )

@@ -1,0 +1,106 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Which objects' lightmaps are still right: what went into each is kept as a hash with it.
+
+An object's own shape, place, UVs and materials count, the lamps, the sky and the settings, but not the other objects:
+what these reflect onto it stays as it was until all is baked again.
+"""
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import asdict, fields, is_dataclass
+
+import bpy
+import numpy as np
+
+from ..gi_core.atlas import Page, Place
+from ..gi_core.scene import Scene
+from ..gi_core.settings import Settings
+from .write.placement import HASH, placement
+
+# Settings that change how long a bake takes and what files it writes, but no light.
+_IDLE = {"memory", "time_limit", "device", "rebake", "encoding", "exposure", "exr", "gltf", "unwrap"}
+
+
+def signatures(core: Scene, pages: Sequence[Page], method: str, settings: Settings) -> dict[str, str]:
+    """Object name -> hash of what its lightmap follows from."""
+    chosen = {name: value for name, value in asdict(settings).items() if name not in _IDLE}
+    common = _digest((method, sorted(chosen.items(), key=str), core.lights, core.environment))
+    instances = {i.name: i for i in core.instances if not i.is_copy}
+    found = {}
+    for page in pages:
+        for place in page.places:
+            instance = instances[place.name]
+            mesh = core.meshes[instance.mesh]
+            own = (mesh.vertices, mesh.triangles, mesh.normals, mesh.slots, mesh.uvs, instance.matrix, instance.casts)
+            materials = [core.materials[k] for k in instance.materials]
+            found[place.name] = _digest((common, own, materials, place, page.width, page.height))
+    return found
+
+
+def as_before(scene: bpy.types.Scene, pages: Sequence[Page]) -> list[Page]:
+    """Pages with the objects where they lay on the file's lightmaps, where those hold the same objects."""
+    return [_as_before(scene, page) or page for page in pages]
+
+
+def kept(
+    scene: bpy.types.Scene, pages: Sequence[Page], wanted: dict[str, str]
+) -> tuple[set[str], dict[str, np.ndarray]]:
+    """Names of the objects whose light is still right, and by page name what the file holds of it: (h, w, 4)."""
+    names, pixels = set(), {}
+    for page in pages:
+        for place in page.places:
+            obj = scene.objects[place.name]
+            found = placement(obj)
+            if found and obj.get(HASH) == wanted[place.name] and tuple(found.image.size) == (page.width, page.height):
+                names.add(place.name)
+                if page.name not in pixels:
+                    pixels[page.name] = _read(found.image)
+    return names, pixels
+
+
+def _as_before(scene: bpy.types.Scene, page: Page) -> Page | None:
+    found = {place.name: placement(scene.objects[place.name]) for place in page.places}
+    images = {each.image for each in found.values() if each}
+    if None in found.values() or len(images) != 1 or tuple(images.pop().size) != (page.width, page.height):
+        return None
+    places = []
+    for place in page.places:
+        each = found[place.name]
+        if each.uv != place.uv:
+            return None
+        x, y = (round(o * n) for o, n in zip(each.offset, (page.width, page.height)))
+        places.append(Place(place.name, place.uv, x, y, round(each.scale[0] * page.width)))
+    return Page(page.name, page.width, page.height, tuple(places))
+
+
+def _read(image: bpy.types.Image) -> np.ndarray:
+    width, height = image.size
+    pixels = np.empty((height, width, 4), np.float32)
+    image.pixels.foreach_get(pixels.ravel())
+    return pixels
+
+
+def _digest(value) -> str:
+    hashed = hashlib.blake2b(digest_size=16)
+
+    def feed(value):
+        if isinstance(value, np.ndarray):
+            hashed.update(f"{value.dtype}{value.shape}".encode() + np.ascontiguousarray(value).tobytes())
+        elif is_dataclass(value):
+            hashed.update(type(value).__name__.encode())
+            for f in fields(value):
+                feed(getattr(value, f.name))
+        elif isinstance(value, dict):
+            feed(sorted(value))
+            for key in sorted(value):
+                feed(value[key])
+        elif isinstance(value, list | tuple):
+            hashed.update(f"({len(value)}".encode())
+            for each in value:
+                feed(each)
+        else:
+            hashed.update(repr(value).encode() + b";")
+
+    feed(value)
+    return hashed.hexdigest()

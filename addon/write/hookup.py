@@ -1,0 +1,305 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Baked lightmaps shown by the materials that are there, and taken out again.
+
+Behind each diffuse BSDF comes a node group that puts the baked light over it, or adds it: light · colour as emission.
+Where an object lies on its lightmap the group reads from the object (see `placement`), so one material stays one
+material whatever it is on; objects without a lightmap look as before. Works in EEVEE and Cycles.
+"""
+
+import logging
+from collections.abc import Iterator
+
+import bpy
+
+from . import lightmap_uvs
+from .images import MARK
+from .placement import LIGHT, PLACE, Placement, forget, placement
+
+NAME = "GI Lightmap"
+
+# On a node group: the scene whose lightmaps it shows. On an object: which of a group's images is its own, from 1.
+_SCENE, _PAGE = "gi_lightmap_scene", "gi_lightmap_page"
+
+# On a mesh: its lightmap UVs are a copy of another map, made here.
+_COPIED = "gi_lightmap_copied"
+
+# Images that one material may choose from: graphics cards have some thirty, and the artist's count too.
+_MOST = 8
+
+# BSDFs with a diffuse part: socket of the group -> theirs.
+_INPUTS = {
+    "BSDF_DIFFUSE": {"Color": "Color"},
+    "SUBSURFACE_SCATTERING": {"Color": "Color"},
+    "BSDF_PRINCIPLED": {
+        "Color": "Base Color",
+        "Metallic": "Metallic",
+        "Transmission": "Transmission Weight",
+        "Alpha": "Alpha",
+        "Emission": "Emission Color",
+        "Emission Strength": "Emission Strength",
+    },
+}
+
+_log = logging.getLogger(__name__)
+
+
+class HookupError(ValueError):
+    """Lightmaps cannot be shown; the message says why and what helps."""
+
+
+def apply(scene: bpy.types.Scene) -> list[str]:
+    """Makes the scene's materials show its lightmaps; names of the materials. Done before, it is done anew.
+
+    Left alone are linked materials, those without nodes and those without a diffuse BSDF.
+    Raises HookupError, before anything changes, where there are no lightmaps, where one material would have to choose
+    from too many images, or where they hold different kinds of light.
+    """
+    places = {obj: found for obj in scene.objects if (found := placement(obj))}
+    if not places:
+        raise HookupError(f"no object of scene '{scene.name}' has a lightmap: bake to lightmaps first")
+    wanted = _trees(places)
+    for tree, images in wanted.items():
+        if len(images) > _MOST:
+            raise HookupError(
+                f"objects with the material '{tree.name}' lie on {len(images)} lightmaps, and a material can show "
+                f"{_MOST}: bake with the setting atlas=all"
+            )
+        if len({image.get(LIGHT, "combined") for image in images}) > 1:
+            raise HookupError(
+                f"lightmaps of objects with the material '{tree.name}' hold different light: bake them alike"
+            )
+    uv = _common_uv(places)
+    remove(scene)
+    if uv == lightmap_uvs.NAME:
+        _copy_uvs(places)
+    number = {image: 1 + k for k, image in enumerate(_pages(places))}
+    for obj, found in places.items():
+        obj[_PAGE] = float(number[found.image])
+        obj.update_tag()
+    groups: dict[tuple[str, ...], bpy.types.NodeTree] = {}
+    changed = set()
+    for tree, images in wanted.items():
+        nodes = [node for node in tree.nodes if node.type in _INPUTS and node.outputs[0].is_linked]
+        if not nodes:
+            continue
+        key = tuple(image.name for image in images)
+        if key not in groups:
+            groups[key] = _group(scene, {number[image]: image for image in images}, uv)
+        for node in nodes:
+            _insert(tree, node, groups[key])
+        changed.add(tree)
+    return sorted({m.name for obj in places for m in _materials(obj) if changed & set(_nested(m.node_tree))})
+
+
+def remove(scene: bpy.types.Scene) -> list[str]:
+    """Takes everything away that `apply` made for a scene; names of the materials that it was taken from.
+
+    What the user changed in between stays: where a group stood, what led into it leads on to where it led.
+    """
+    groups = {g for g in bpy.data.node_groups if _SCENE in g.keys() and g[_SCENE] in (scene, None)}
+    changed = set()
+    for tree in _every_tree():
+        for node in [n for n in tree.nodes if n.type == "GROUP" and n.node_tree in groups]:
+            _bypass(tree, node)
+            changed.add(tree)
+    names = sorted(m.name for m in bpy.data.materials if m.node_tree and changed & set(_nested(m.node_tree)))
+    bpy.data.batch_remove(list(groups))
+    for obj in scene.objects:
+        if _PAGE in obj.keys():
+            del obj[_PAGE]
+            obj.update_tag()
+        mesh = obj.data
+        if obj.type == "MESH" and _COPIED in mesh.keys():
+            del mesh[_COPIED]
+            if lightmap_uvs.NAME in mesh.uv_layers:
+                mesh.uv_layers.remove(mesh.uv_layers[lightmap_uvs.NAME])
+    return names
+
+
+def clear(scene: bpy.types.Scene) -> list[str]:
+    """Takes away what a bake of lightmaps put into the file too: images, UV maps that were made, and what objects
+    remember; names of the objects."""
+    remove(scene)
+    names, images, meshes = [], set(), set()
+    for obj in scene.objects:
+        found = placement(obj)
+        if found:
+            images.add(found.image)
+            meshes.add(obj.data)
+        if forget(obj):
+            names.append(obj.name)
+    still = {found.image for obj in bpy.data.objects if (found := placement(obj))}
+    bpy.data.batch_remove([image for image in images - still if image.get(MARK)])
+    shared = {obj.data for obj in bpy.data.objects if placement(obj)}
+    for mesh in meshes - shared:
+        if lightmap_uvs.NAME in mesh.uv_layers and mesh.library is None:
+            mesh.uv_layers.remove(mesh.uv_layers[lightmap_uvs.NAME])
+    return names
+
+
+def _pages(places: dict[bpy.types.Object, Placement]) -> list[bpy.types.Image]:
+    """All images, in the order of their numbers."""
+    return sorted({found.image for found in places.values()}, key=lambda image: image.name)
+
+
+def _materials(obj: bpy.types.Object) -> list[bpy.types.Material]:
+    """An object's materials that can be changed."""
+    found = []
+    for slot in obj.material_slots:
+        material = slot.material
+        if material is None or material.node_tree is None or not (bpy.app.version >= (5, 0) or material.use_nodes):
+            _log.warning("Object '%s': a slot without a material of nodes shows no lightmap", obj.name)
+        elif material.library is not None:
+            _log.warning("Material '%s' comes from another file and shows no lightmap", material.name)
+        else:
+            found.append(material)
+    return found
+
+
+def _trees(places: dict[bpy.types.Object, Placement]) -> dict[bpy.types.NodeTree, list[bpy.types.Image]]:
+    """The node trees of objects' materials, with the images that they are to show, in the order of their numbers."""
+    shown: dict[bpy.types.NodeTree, set] = {}
+    for obj, found in places.items():
+        for material in _materials(obj):
+            for tree in _nested(material.node_tree):
+                shown.setdefault(tree, set()).add(found.image)
+    order = _pages(places)
+    return {tree: sorted(images, key=order.index) for tree, images in shown.items()}
+
+
+def _nested(tree: bpy.types.NodeTree) -> Iterator[bpy.types.NodeTree]:
+    """A tree and those of the groups in it that can be changed, but not ours."""
+    yield tree
+    for node in tree.nodes:
+        inner = getattr(node, "node_tree", None)
+        if node.type == "GROUP" and inner and inner.library is None and _SCENE not in inner.keys():
+            yield from _nested(inner)
+
+
+def _every_tree() -> Iterator[bpy.types.NodeTree]:
+    """All shader trees of the file that can be changed."""
+    yield from (m.node_tree for m in bpy.data.materials if m.node_tree and m.library is None)
+    yield from (g for g in bpy.data.node_groups if g.type == "SHADER" and g.library is None)
+
+
+def _common_uv(places: dict[bpy.types.Object, Placement]) -> str:
+    """The UV map that all lightmaps are looked up on. Raises HookupError where a mesh has no room for it."""
+    names = {found.uv for found in places.values()}
+    if len(names) == 1:
+        return names.pop()
+    for obj, found in places.items():
+        if found.uv != lightmap_uvs.NAME and (reason := lightmap_uvs.why_not(obj.data)):
+            raise HookupError(f"'{obj.name}' cannot be given lightmap UVs, {reason[0]}: {reason[1]}")
+        if found.uv != lightmap_uvs.NAME and lightmap_uvs.NAME in obj.data.uv_layers and _COPIED not in obj.data.keys():
+            raise HookupError(
+                f"the lightmap of '{obj.name}' lies on UV map '{found.uv}' and that of others on "
+                f"'{lightmap_uvs.NAME}': bake it again on that"
+            )
+    return lightmap_uvs.NAME
+
+
+def _copy_uvs(places: dict[bpy.types.Object, Placement]) -> None:
+    """Gives meshes whose lightmap lies on another map a copy of it under the common name."""
+    for obj, found in places.items():
+        if found.uv != lightmap_uvs.NAME and lightmap_uvs.NAME not in obj.data.uv_layers:
+            lightmap_uvs.put(obj.data, lightmap_uvs.read(obj.data, found.uv))
+            obj.data[_COPIED] = True
+
+
+def _insert(tree: bpy.types.NodeTree, bsdf: bpy.types.Node, group: bpy.types.NodeTree) -> None:
+    """Puts a group behind a BSDF."""
+    targets = [link.to_socket for link in bsdf.outputs[0].links]
+    node = tree.nodes.new("ShaderNodeGroup")
+    node.node_tree, node.name, node.label = group, NAME, NAME
+    node.select, node.parent = False, bsdf.parent
+    node.location = bsdf.location[0] + bsdf.width + 20, bsdf.location[1]
+    for name, theirs in _INPUTS[bsdf.type].items():
+        source = bsdf.inputs[theirs]
+        if source.is_linked:
+            tree.links.new(source.links[0].from_socket, node.inputs[name])
+        else:
+            node.inputs[name].default_value = source.default_value
+    for target in targets:
+        tree.links.new(node.outputs[0], target)
+    tree.links.new(bsdf.outputs[0], node.inputs["Shader"])
+
+
+def _bypass(tree: bpy.types.NodeTree, node: bpy.types.Node) -> None:
+    """Takes a group out and joins what it stood between."""
+    source = next((link.from_socket for link in node.inputs["Shader"].links), None) if len(node.inputs) else None
+    targets = [link.to_socket for output in node.outputs for link in output.links]
+    tree.nodes.remove(node)
+    for target in targets if source else ():
+        tree.links.new(source, target)
+
+
+def _group(scene: bpy.types.Scene, pages: dict[int, bpy.types.Image], uv: str) -> bpy.types.NodeTree:
+    """The node group that shows some lightmaps, number -> image."""
+    tree = bpy.data.node_groups.new(NAME, "ShaderNodeTree")
+    tree[_SCENE] = scene
+    sockets = tree.interface
+    sockets.new_socket("Shader", in_out="OUTPUT", socket_type="NodeSocketShader")
+    sockets.new_socket("Shader", in_out="INPUT", socket_type="NodeSocketShader")
+    for name, kind, value in (
+        ("Color", "NodeSocketColor", (0.8, 0.8, 0.8, 1.0)),
+        ("Metallic", "NodeSocketFloat", 0.0),
+        ("Transmission", "NodeSocketFloat", 0.0),
+        ("Alpha", "NodeSocketFloat", 1.0),
+        ("Emission", "NodeSocketColor", (0.0, 0.0, 0.0, 1.0)),
+        ("Emission Strength", "NodeSocketFloat", 0.0),
+    ):
+        sockets.new_socket(name, in_out="INPUT", socket_type=kind).default_value = value
+    nodes, link = tree.nodes, tree.links.new
+
+    def node(kind, column, *inputs, **attributes):
+        made = nodes.new(kind)
+        made.location = 200 * column, -160 * sum(1 for n in nodes if n.location[0] == 200 * column)
+        for name, value in attributes.items():
+            setattr(made, name, value)
+        for socket, value in zip((s for s in made.inputs if s.enabled), inputs):
+            if isinstance(value, bpy.types.NodeSocket):
+                link(value, socket)
+            elif value is not None:
+                socket.default_value = value
+        return made
+
+    def math(operation, column, *inputs):
+        return node("ShaderNodeMath", column, *inputs, operation=operation).outputs[0]
+
+    def vector(operation, column, *inputs):
+        return node("ShaderNodeVectorMath", column, *inputs, operation=operation).outputs[0]
+
+    given = node("NodeGroupInput", 0).outputs
+    place = node("ShaderNodeAttribute", 0, attribute_type="OBJECT", attribute_name=PLACE).outputs
+    number = node("ShaderNodeAttribute", 0, attribute_type="OBJECT", attribute_name=_PAGE).outputs["Fac"]
+    x, y, z = node("ShaderNodeSeparateXYZ", 1, place["Vector"]).outputs
+    scale = node("ShaderNodeCombineXYZ", 2, x, y).outputs[0]
+    offset = node("ShaderNodeCombineXYZ", 2, z, place["Alpha"]).outputs[0]
+    there = vector("MULTIPLY_ADD", 3, node("ShaderNodeUVMap", 2, uv_map=uv).outputs[0], scale, offset)
+    light, has = None, None
+    for page, image in pages.items():
+        texture = node("ShaderNodeTexImage", 4, there, image=image, extension="EXTEND").outputs["Color"]
+        own = math("COMPARE", 4, number, float(page), 0.5)
+        here = node("ShaderNodeVectorMath", 5, texture, operation="SCALE")
+        link(own, here.inputs["Scale"])
+        light = here.outputs[0] if light is None else vector("ADD", 6, light, here.outputs[0])
+        has = own if has is None else math("ADD", 6, has, own)
+
+    diffuse = math("MULTIPLY", 7, math("SUBTRACT", 6, 1.0, given["Metallic"]),
+                   math("SUBTRACT", 6, 1.0, given["Transmission"]))  # fmt: skip
+    share = math("MULTIPLY", 8, diffuse, has)
+    reflected = vector("MULTIPLY", 7, light, given["Color"])
+    if next(iter(pages.values())).get(LIGHT, "combined") == "combined":
+        glow = node("ShaderNodeVectorMath", 7, given["Emission"], operation="SCALE")
+        link(given["Emission Strength"], glow.inputs["Scale"])
+        baked = node("ShaderNodeEmission", 9, vector("ADD", 8, reflected, glow.outputs[0])).outputs[0]
+        clear = node("ShaderNodeBsdfTransparent", 9).outputs[0]
+        solid = node("ShaderNodeMixShader", 10, given["Alpha"], clear, baked).outputs[0]
+        shown = node("ShaderNodeMixShader", 11, share, given["Shader"], solid).outputs[0]
+    else:
+        strength = math("MULTIPLY", 9, share, given["Alpha"])
+        added = node("ShaderNodeEmission", 10, reflected, strength).outputs[0]
+        shown = node("ShaderNodeAddShader", 11, given["Shader"], added).outputs[0]
+    node("NodeGroupOutput", 12, shown)
+    return tree

@@ -1,0 +1,167 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Seams: where a smooth surface is cut apart on the UV map, the light on the two sides is made to agree.
+
+Along each seam pairs of points are taken, one on either side, and texels are changed as little as it takes for the two
+bilinear look-ups of each pair to give the same: least squares, min |A x|² + λ |x − x₀|² with a row of A for each pair,
+solved by conjugate gradients (as in Iwanicki, "Lighting technology of The Last of Us", SIGGRAPH 2013).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .atlas import Page
+from .geometry import Geometry
+from .scene import Mesh
+
+# How much a texel's own value counts beside a pair's agreement. With 1 % of it a seam agrees to a hundredth of what it
+# did, and single texels do not run away where islands are thinner than one.
+_OWN = 0.003
+
+# Pairs of points for each texel of a seam's length.
+_DENSITY = 2.0
+
+# Cosine between normals up to which the surface counts as smooth: 8 degrees. Light has an edge where the surface has.
+_SMOOTH = 0.99
+
+# Steps of conjugate gradients, and the share of the first error at which they end.
+_STEPS, _ENOUGH = 60, 1e-3
+
+
+@dataclass(frozen=True)
+class Seams:
+    """Pairs of points that are one place on the surface: first, second (n, 2) float32 [texels of the image]."""
+
+    first: np.ndarray
+    second: np.ndarray
+
+    def __len__(self) -> int:
+        return len(self.first)
+
+    @staticmethod
+    def concatenate(parts: "Sequence[Seams]") -> "Seams":
+        none = np.zeros((0, 2), np.float32)
+        return Seams(*(np.concatenate([none, *(getattr(p, k) for p in parts)]) for k in ("first", "second")))
+
+
+def seams(mesh: Mesh, texels: np.ndarray) -> Seams:
+    """The seams of a mesh on an image. texels: (t, 3, 2) its UVs in texels.
+
+    Vertices at one place count as one, so that meshes that are split along their seams are found too.
+    """
+    none = np.zeros((0, 2), np.float32)
+    if not len(mesh.triangles):
+        return Seams(none, none)
+    extent = np.ptp(mesh.vertices, axis=0).max() or 1.0
+    _, vertex = np.unique(np.round(mesh.vertices / (extent * 1e-6)).astype(np.int64), axis=0, return_inverse=True)
+    corner = vertex.reshape(-1)[mesh.triangles]
+    # The three edges of each triangle, from the lower vertex to the higher.
+    begin, end = corner.ravel(), np.roll(corner, -1, 1).ravel()
+    uv = np.stack([texels.reshape(-1, 2), np.roll(texels, -1, 1).reshape(-1, 2)], 1).astype(np.float64)
+    normal = np.stack([mesh.normals.reshape(-1, 3), np.roll(mesh.normals, -1, 1).reshape(-1, 3)], 1)
+    turned = begin > end
+    uv[turned], normal[turned] = uv[turned][:, ::-1], normal[turned][:, ::-1]
+    key = np.minimum(begin, end) * (corner.max() + 1) + np.maximum(begin, end)
+    order = np.argsort(key, kind="stable")
+    _, start, count = np.unique(key[order], return_index=True, return_counts=True)
+    # Where more than two faces meet nothing says which of them go together.
+    a, b = order[start[count == 2]], order[start[count == 2] + 1]
+    cut = np.abs(uv[a] - uv[b]).max((1, 2)) > 1e-3
+    smooth = np.einsum("nkc,nkc->nk", normal[a], normal[b]).min(1) > _SMOOTH
+    a, b = uv[a[cut & smooth]], uv[b[cut & smooth]]
+    length = np.maximum(*(np.linalg.norm(e[:, 1] - e[:, 0], axis=1) for e in (a, b)))
+    pairs = np.maximum(1, np.ceil(length * _DENSITY)).astype(np.int64)
+    edge = np.repeat(np.arange(len(a)), pairs)
+    step = np.arange(len(edge)) - np.repeat(np.cumsum(pairs) - pairs, pairs)
+    t = ((step + 0.5) / pairs[edge])[:, None]
+    first, second = ((1 - t) * e[edge, 0] + t * e[edge, 1] for e in (a, b))
+    return Seams(first.astype(np.float32), second.astype(np.float32))
+
+
+def atlas_seams(geometry: Geometry, page: Page) -> Seams:
+    """The seams of all objects on an image."""
+    size = page.width, page.height
+    return Seams.concatenate(
+        [
+            seams(mesh, place.on(mesh.uvs[place.uv], *size) * size)
+            for place in page.places
+            for mesh, _ in (geometry.mesh_of(place.name),)
+        ]
+    )
+
+
+def disagreement(image: np.ndarray, found: Seams) -> float:
+    """Mean difference between the two sides over their mean: (h, w, c) -> 0…2; 0 without seams or light."""
+    if not len(found):
+        return 0.0
+    sides = [_sampled(image, points) for points in (found.first, found.second)]
+    whole = np.abs(sides[0] + sides[1]).sum(dtype=np.float64) / 2
+    return float(np.abs(sides[0] - sides[1]).sum(dtype=np.float64) / whole) if whole > 0 else 0.0
+
+
+def stitched(image: np.ndarray, found: Seams, filled: np.ndarray) -> np.ndarray:
+    """An image whose sides agree along its seams: (h, w, c) float32 to the same.
+
+    filled: (h, w) bool, the texels that hold a value; pairs that would look at others are left out.
+    """
+    sides = [_bilinear(filled.shape, points) for points in (found.first, found.second)]
+    index, weight = (np.concatenate(part, 1) for part in zip(*sides))
+    weight[:, 4:] *= -1
+    whole = filled.ravel()[index].all(1)
+    index, weight = index[whole], weight[whole]
+    if not len(index):
+        return image
+    place, index = np.unique(index, return_inverse=True)
+    index = index.reshape(-1, 8)
+    flat = image.reshape(-1, image.shape[-1])
+    start = flat[place].astype(np.float64)
+
+    def normal_equations(x: np.ndarray) -> np.ndarray:
+        """AᵀA x: (m, c) to the same."""
+        gap = np.einsum("nk,nkc->nc", weight, x[index])
+        return np.stack(
+            [np.bincount(index.ravel(), (weight * g[:, None]).ravel(), len(place)) for g in gap.T], -1
+        )  # fmt: skip
+
+    change = np.zeros_like(start)
+    rest = -normal_equations(start)
+    direction, square = rest.copy(), (rest * rest).sum(0)
+    enough = square * _ENOUGH**2
+    for _ in range(_STEPS):
+        if (square <= enough).all():
+            break
+        product = normal_equations(direction) + _OWN * direction
+        along = (direction * product).sum(0)
+        step = np.divide(square, along, out=np.zeros_like(square), where=along > 0)
+        change += step * direction
+        rest -= step * product
+        before, square = square, (rest * rest).sum(0)
+        direction = rest + np.divide(square, before, out=np.zeros_like(square), where=before > 0) * direction
+    out = flat.copy()
+    # What has a sign may keep it, light stays light.
+    out[place] = np.maximum(start + change, np.minimum(flat.min(0), 0))
+    return out.reshape(image.shape)
+
+
+def _bilinear(shape: tuple[int, int], points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The texels that a look-up at points (n, 2) [texels] takes, (n, 4) row · width + column, and their weights."""
+    height, width = shape
+    place = points.astype(np.float64) - 0.5
+    low = np.floor(place).astype(np.int64)
+    share = place - low
+    index, weight = [], []
+    for dy in (0, 1):
+        for dx in (0, 1):
+            column, row = np.clip(low[:, 0] + dx, 0, width - 1), np.clip(low[:, 1] + dy, 0, height - 1)
+            index.append(row * width + column)
+            weight.append(
+                (share[:, 0] if dx else 1 - share[:, 0]) * (share[:, 1] if dy else 1 - share[:, 1])
+            )  # fmt: skip
+    return np.stack(index, -1), np.stack(weight, -1)
+
+
+def _sampled(image: np.ndarray, points: np.ndarray) -> np.ndarray:
+    index, weight = _bilinear(image.shape[:2], points)
+    return np.einsum("nk,nkc->nc", weight, image.reshape(-1, image.shape[-1])[index])
