@@ -46,6 +46,9 @@ _MAPS, _TILES = 0.1, 0.9
 # Points that stand for all that get light where lights are chosen.
 _GUIDES = 1 << 14
 
+# Stages whose steps touch Blender, which allows that on its main thread only; the others may run on any.
+ON_MAIN_THREAD = frozenset({"read", "oidn"})
+
 
 class NotThere(ValueError):
     """What was asked for is not part of this version."""
@@ -162,6 +165,8 @@ def bake(
     output: the folder that files will go to, to be looked at before the work and not after it. preview: is shown what
     there is after each pass, noisy as it is. history: of the frame before, of the same job.
 
+    A step after a stage of ON_MAIN_THREAD belongs there, like the first one; the others may be taken on any thread.
+
     Raises Refused, before any work, where the preflight finds errors.
     """
     stages = Stages()
@@ -178,11 +183,13 @@ def bake(
         cameras = read_cameras(scene, view_layer, job.cameras) or [core.camera]
     if job.method == "ssgi" and cameras == [None]:
         raise Refused([preflight.no_camera(scene)])
+    if getattr(job.settings, "box", ""):
+        job = replace(job, settings=replace(job.settings, box=box_corners(job.settings.box, scene)))
+    transparent = scene.render.film_transparent
+    yield 0.0, "trees"
     with stages.time("trees"):
         tracer = Tracer(Geometry(core))
 
-    if getattr(job.settings, "box", ""):
-        job = replace(job, settings=replace(job.settings, box=box_corners(job.settings.box, scene)))
     settings, technique = _per_point(job), METHODS[job.method]
     if job.target == "volume":
         work = named("maps", technique.emit(tracer, Asked(None), settings))
@@ -215,7 +222,7 @@ def bake(
         for receiver, rows, kept in tile.kept():
             _put(canvases[receiver.name], found, names, receiver, rows, kept)
     if settings.denoise == "oidn" and job.target != "vertices":
-        yield from stages.follow(named("denoise", _oidn(canvases, technique.noisy(settings))), 1, 0, {})
+        yield from stages.follow(named("oidn", _oidn(canvases, technique.noisy(settings))), 1, 0, {})
 
     views = emitted if job.method == "ssgi" and emitted else []
     with stages.time("layers"):
@@ -224,7 +231,7 @@ def bake(
                 canvas[f"{kind}Direct"] = canvas.pop(f"{kind}Lamps") + canvas.pop(f"{kind}Around")
         layers, light = {}, {}
         if camera:
-            layers = images.camera_layers(canvases[""], camera, scene.render.film_transparent)
+            layers = images.camera_layers(canvases[""], camera, transparent)
             layers |= {f"SSGI {k}": v for view in views for k, v in view.debug(camera.resolution).items()}
         else:
             light = {r.name: _light(canvases[r.name], r.shape, _coverage(r, views)) for r in receivers}
