@@ -25,13 +25,12 @@ def put(
     folder: for files; None where all is kept in the .blend.
     """
     target = result.job.target
-    if folder and target in {"image", "volume"}:
-        export(result, folder, view_layer.name)
+    # Files first: a full disk is found before the file has changed.
+    paths = _written(result, scene, folder, view_layer.name) if folder else []
     names = store(result, scene, folder)
     images = [bpy.data.images[name] for name in names] if target in {"image", "lightmap"} else []
-    if folder:
-        for image in images:
-            _to_file(image, folder)
+    for image, path in zip(images, paths):
+        _to_file(image, path)
     group = scene.gi_bake
     _drop_replaced(group, target, images, names)
     line = group.results.add()
@@ -107,13 +106,20 @@ def _layered(c: Comparison, folder: Path) -> bpy.types.Image:
     return image
 
 
-def _to_file(image: bpy.types.Image, folder: Path) -> None:
-    """Moves an image's pixels out of the .blend into FOLDER/NAME.exr."""
-    path = folder / f"{file_stem(image.name)}.exr"
-    pixels = np.empty(len(image.pixels), np.float32)
-    image.pixels.foreach_get(pixels)
-    width, height = image.size
-    exr.write_image(path, pixels.reshape(height, width, 4))
+def _written(result: Result, scene: bpy.types.Scene, folder: Path, view_layer: str) -> list[Path]:
+    """Writes a result's files; the ones that its images are in, in the order in which `store` makes them."""
+    paths = export(result, folder, view_layer)
+    if result.job.target != "image":
+        return [path for path in paths if path.suffix == ".exr"]
+    own = {f"{scene.name} GI": "Combined", f"{scene.name} GI Indirect": "Diffuse Indirect"}
+    paths = [folder / f"{file_stem(name)}.exr" for name in own]
+    for path, layer in zip(paths, own.values()):
+        exr.write_image(path, result.layers[layer])
+    return paths
+
+
+def _to_file(image: bpy.types.Image, path: Path) -> None:
+    """Lets an image take its pixels from a file instead of from the .blend."""
     space = image.colorspace_settings.name
     image.unpack(method="REMOVE")
     image.source, image.filepath = "FILE", _relative(path)

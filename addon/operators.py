@@ -132,6 +132,10 @@ class GI_OT_bake(Operator):
     def invoke(self, context, event):
         if bpy.app.background or context.window is None:
             return self.execute(context)
+        return self._start(context)
+
+    def _start(self, context):
+        """Begins a bake that `modal` follows."""
         self._preview, self._timer, self._pictured = preview.Preview(), None, 0.0
         try:
             work = self._begin(context, self._preview)
@@ -144,6 +148,15 @@ class GI_OT_bake(Operator):
         return {"RUNNING_MODAL"}
 
     def modal(self, context, event):
+        try:
+            return self._followed(context, event)
+        except Exception as error:
+            # Blender would drop the operator as it is, and its timer, thread and preview would stay.
+            self._clean(context)
+            return self._fail(context.scene, error)
+
+    def _followed(self, context, event):
+        """Goes on with the bake at each tick of the timer, ends it at Esc."""
         run = self._run
         if event.type == "ESC" and event.value == "PRESS":
             run.cancel()
@@ -169,7 +182,8 @@ class GI_OT_bake(Operator):
         given = self.properties.is_property_set
         self._job: Job = asked.job(
             scene, view_layer,
-            method=self.method.lower() if given("method") else "", target=self.target.lower() if given("target") else "",
+            method=self.method.lower() if given("method") else "",
+            target=self.target.lower() if given("target") else "",
             objects=objects, resolution=self.resolution, uv=self.uv, device=preferences.device(),
         )  # fmt: skip
         self._no_objects(scene, view_layer, objects)

@@ -72,15 +72,14 @@ class Preview:
 
 def editors() -> list[bpy.types.SpaceImageEditor]:
     """The Image Editors that are on the screen."""
-    return [space for _, space in areas()]
+    return [space for window in bpy.context.window_manager.windows for _, space in areas(window)]
 
 
-def areas() -> Iterator[tuple[bpy.types.Area, bpy.types.SpaceImageEditor]]:
-    """Image Editors with their areas, of all windows."""
-    for window in bpy.context.window_manager.windows:
-        for area in window.screen.areas:
-            if area.type == "IMAGE_EDITOR" and area.ui_type == "IMAGE_EDITOR":
-                yield area, area.spaces.active
+def areas(window: bpy.types.Window) -> Iterator[tuple[bpy.types.Area, bpy.types.SpaceImageEditor]]:
+    """A window's Image Editors with their areas."""
+    for area in window.screen.areas:
+        if area.type == "IMAGE_EDITOR" and area.ui_type == "IMAGE_EDITOR":
+            yield area, area.spaces.active
 
 
 def is_free(space: bpy.types.SpaceImageEditor) -> bool:
@@ -91,8 +90,18 @@ def is_free(space: bpy.types.SpaceImageEditor) -> bool:
 
 def show(image: bpy.types.Image) -> bool:
     """Shows an image in the first free Image Editor; whether there was one."""
-    free = [(area, space) for area, space in areas() if is_free(space)]
-    for area, space in free[:1]:
-        space.image = image
-        area.tag_redraw()
-    return bool(free)
+    for window in bpy.context.window_manager.windows:
+        for area, space in areas(window):
+            if is_free(space):
+                space.image = image
+                _fit(window, area)
+                return True
+    return False
+
+
+def _fit(window: bpy.types.Window, area: bpy.types.Area) -> None:
+    """Lets an editor show all of its image."""
+    region = next((region for region in area.regions if region.type == "WINDOW"), None)
+    if region:
+        with bpy.context.temp_override(window=window, area=area, region=region):
+            bpy.ops.image.view_all(fit_view=True)

@@ -28,19 +28,21 @@ from .rna import annotations, own_fields
 
 METHODS = (
     (
-        "RSM", "Reflective Shadow Maps",
-        "Every lamp sees the scene, and what it sees lights the rest, with shadow rays: equals Cycles as samples grow. "
+        "RSM", "RSM",
+        "Reflective shadow maps. Every lamp sees the scene, and what it sees lights the rest, with shadow rays: equals "
+        "Cycles as samples grow. "
         "The first choice for stills and lightmaps", 0,
     ),
     (
-        "LPV", "Light Propagation Volumes",
-        "Light travels through a grid around the scene: smooth without noise, softer than Cycles in corners, and the "
+        "LPV", "LPV",
+        "Light propagation volumes. Light travels through a grid around the scene: smooth without noise, softer than "
+        "Cycles in corners, and the "
         "only one that can light what moves later", 1,
     ),
     (
-        "SSGI", "Screen-Space GI",
-        "The camera's picture lights itself, on the screen, by rays or both: for camera images and animations, as game "
-        "engines show them", 2,
+        "SSGI", "SSGI",
+        "Screen-space GI. The camera's picture lights itself, on the screen, by rays or both: for camera images and "
+        "animations, as game engines show them", 2,
     ),
 )  # fmt: skip
 
@@ -128,7 +130,9 @@ class GiBakeScene(PropertyGroup):
     """`Scene.gi_bake`: how this scene is baked, and what was."""
 
     __annotations__ = annotations(fields(Settings)) | {
-        "method": EnumProperty(name="Technique", description="How reflected light is found", items=METHODS, options=set()),
+        "method": EnumProperty(
+            name="Technique", description="How reflected light is found", items=METHODS, options=set()
+        ),
         "target": EnumProperty(name="Target", description="What the light is baked for", items=TARGETS, options=set()),
         "scope": EnumProperty(
             name="Objects", description="Which objects get lightmaps or light at vertices; all others still reflect",
@@ -139,7 +143,8 @@ class GiBakeScene(PropertyGroup):
             default=256, min=4, max=16384, subtype="PIXEL", options=set(),
         ),
         "use_render_size": BoolProperty(
-            name="Render Resolution", description="Camera image as large as a render; off, with a longer side of its own",
+            name="Render Resolution",
+            description="Camera image as large as a render; off, with a longer side of its own",
             default=True, options=set(),
         ),
         "image_resolution": IntProperty(
@@ -176,7 +181,7 @@ class GiBakeObject(PropertyGroup):
 
     use: BoolProperty(
         name="Bake",
-        description="The object gets a lightmap or light at its vertices; off, it still reflects light and casts shadow",
+        description="The object gets a lightmap or light at its vertices; off, it still reflects and casts shadows",
         default=True,
         options=set(),
     )

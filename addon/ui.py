@@ -14,7 +14,6 @@ from bpy.types import Panel, UIList
 from ..gi_core.settings import Settings
 from ..gi_core.techniques import METHODS
 from . import asked, timing
-from .operators import is_there
 from .preflight import Finding
 from .presets import PANELS as PRESETS
 from .properties import METHODS as DESCRIBED
@@ -73,7 +72,7 @@ def _wrapped(layout: bpy.types.UILayout, text: str, context, icon: str = "NONE",
     """A text in as many lines as the region's width asks for. taken: of the width by other things [px at scale 1]."""
     scale = context.preferences.system.ui_scale
     blf.size(0, 11 * scale)
-    width = context.region.width - (50 + taken + (20 if icon != "NONE" else 0)) * scale
+    width = context.region.width - (68 + taken + (20 if icon != "NONE" else 0)) * scale
     lines, line = [], ""
     # Chinese has no spaces: there a line may end after any character.
     words = text.split(" ") if " " in text or text.isascii() else list(text)
@@ -115,7 +114,8 @@ class _Panel:
     bl_context = "render"
 
     def _split(self) -> bpy.types.UILayout:
-        layout = self.layout
+        """Where settings go: greyed out while a bake works by them."""
+        layout = self.layout.column()
         layout.use_property_split, layout.use_property_decorate = True, False
         layout.enabled = session.run is None
         return layout
@@ -127,37 +127,53 @@ class GI_PT_main(_Panel, Panel):
     bl_order = 20
 
     def draw(self, context):
-        layout, group = self._split(), context.scene.gi_bake
-        column = layout.column()
-        column.prop(group, "method")
+        column, group = self._split(), context.scene.gi_bake
+        column.row().prop(group, "method", expand=True)
         column.prop(group, "target")
         _resolution(column, group, context)
         if group.target in {"LIGHTMAP", "VERTICES"}:
-            column.prop(group, "scope")
-            column.prop(group, "light")
+            _prop(column, group, "scope", context)
+            _prop(column, group, "light", context)
         _buttons(self.layout.column(), context)
+
+
+def _prop(column, holder, name: str, context) -> None:
+    """A property with its name before it, or above or in it where a narrow region would cut the name off."""
+    kind = holder.bl_rna.properties[name]
+    scale = context.preferences.system.ui_scale
+    room = context.region.width - 80 * scale
+    blf.size(0, 11 * scale)
+    width = blf.dimensions(0, iface_(kind.name))[0]
+    if width < (0.6 * room - 15 * scale if kind.type == "BOOLEAN" else 0.4 * room):
+        column.prop(holder, name)
+    elif kind.type in {"STRING", "ENUM"}:
+        column.label(text=kind.name)
+        column.prop(holder, name, text="")
+    else:
+        row = column.row()
+        row.use_property_split = False
+        row.prop(holder, name)
 
 
 def _resolution(column, group, context):
     if group.target == "IMAGE":
-        column.prop(group, "use_render_size")
+        _prop(column, group, "use_render_size", context)
         if not group.use_render_size:
-            column.prop(group, "image_resolution")
-        column.prop(group, "antialias")
-        column.prop(group, "glossy")
+            _prop(column, group, "image_resolution", context)
+        _prop(column, group, "antialias", context)
+        _prop(column, group, "glossy", context)
     elif group.target == "LIGHTMAP":
-        column.prop(group, "resolution")
+        _prop(column, group, "resolution", context)
         active = context.object
         if active and active.type == "MESH":
             column.prop_search(group, "uv", active.data, "uv_layers", icon="GROUP_UVS", results_are_suggestions=True)
         else:
             column.prop(group, "uv")
-        column.prop(group, "margin")
+        _prop(column, group, "margin", context)
 
 
 def _buttons(layout, context):
     """Bake, or how far the bake is; then what was found."""
-    layout.enabled = True
     run = session.run
     if run:
         left = run.seconds_left
@@ -232,7 +248,7 @@ class GI_PT_extent(_Panel, Panel):
             {"LIGHTMAP": "Texels", "VERTICES": "Vertices", "VOLUME": "Cells"}.get(group.target, "Points"):
                 amount(extent.points),
             "Memory": iface_("about {:.0f} MB").format(max(1, extent.memory / 2**20)),
-            "Time": iface_("about {:s}").format(duration(seconds)) if seconds else iface_("known after the first bake"),
+            "Time": iface_("about {:s}").format(duration(seconds)) if seconds else iface_("not known yet"),
         }  # fmt: skip
         column = layout.column(align=True)
         for name, text in known.items():
@@ -243,11 +259,11 @@ class GI_PT_extent(_Panel, Panel):
                 row.label(text=name)
                 split.label(text=text, translate=False)
         column = layout.column()
-        column.prop(group, "device")
-        column.prop(group, "memory")
-        column.prop(group, "keep")
-        if group.keep == "FILES" or group.target == "VOLUME":
-            column.prop(group, "folder")
+        names = ["device", "memory", *(["keep"] if group.target in {"IMAGE", "LIGHTMAP"} else [])]
+        if asked.needs_folder(context.scene, group.target.lower()):
+            names.append("folder")
+        for name in names:
+            _prop(column, group, name, context)
 
 
 class _Technique(_Panel):
@@ -264,7 +280,7 @@ class _Technique(_Panel):
 
     def draw(self, context):
         _wrapped(self.layout, iface_(next(text for name, _, text, _ in DESCRIBED if name == self.method)), context)
-        _settings(self._split(), context.scene.gi_bake, self.method.lower(), MAIN[self.method.lower()])
+        _settings(self._split(), context.scene.gi_bake, self.method.lower(), MAIN[self.method.lower()], context)
 
 
 class _Advanced(_Panel):
@@ -277,20 +293,20 @@ class _Advanced(_Panel):
         own = [f.name for f in own_fields(METHODS[name].settings)]
         shared = [f.name for f in fields(Settings) if f.name not in _ELSEWHERE]
         layout, group = self._split(), context.scene.gi_bake
-        _settings(layout, group, name, [n for n in shared if n not in MAIN[name]])
-        _settings(layout, group, name, [n for n in own if n not in MAIN[name]])
+        _settings(layout, group, name, [n for n in shared if n not in MAIN[name]], context)
+        _settings(layout, group, name, [n for n in own if n not in MAIN[name]], context)
 
 
-def _settings(layout, group, method: str, names: Iterable[str]):
+def _settings(layout, group, method: str, names: Iterable[str], context):
     own, column = getattr(group, method), layout.column()
     for name in names:
         holder = own if name in own.bl_rna.properties else group
-        row = column.row()
+        row = column.column()
         row.active = name not in _USED or _USED[name](group, own)
         if name == "box":
             row.prop_search(holder, name, bpy.data, "objects", results_are_suggestions=True)
         else:
-            row.prop(holder, name)
+            _prop(row, holder, name, context)
 
 
 class GI_PT_rsm(_Technique, Panel):
@@ -328,7 +344,8 @@ class GI_UL_results(UIList):
     def draw_item(self, context, layout, data, item, icon, active_data, active_property, index=0, flt_flag=0):
         split = layout.split(factor=0.45)
         split.prop(item, "name", text="", emboss=False, icon=_icon(item))
-        split.label(text=f"{item.method}  {duration(item.seconds)}", translate=False)
+        error = f"  {item.error:.4f}" if item.compared else ""
+        split.label(text=f"{item.method}  {duration(item.seconds)}{error}", translate=False)
 
 
 def _icon(item) -> str:
@@ -369,10 +386,8 @@ class GI_PT_results(_Panel, Panel):
         row = layout.row(align=True)
         row.operator("gi.apply", text="Apply", icon="MATERIAL")
         row.operator("gi.remove", icon="TRASH")
-        if not is_there("hookup"):
-            layout.separator(factor=0.2)
         column = layout.column()
-        column.prop(group, "reference_samples")
+        _prop(column, group, "reference_samples", context)
         column.operator("gi.compare")
         if line.compared:
             row = layout.row(align=True)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GI Bake authors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Presets of a technique's settings, in Blender's own system: shipped ones lie beside this file, users' own among theirs.
+"""Presets of a technique's settings, in Blender's own system: shipped ones lie beside this file.
 
 A shipped preset says only what it is about; one that a user adds holds all settings of the technique.
 """
