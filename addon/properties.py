@@ -96,9 +96,8 @@ class GiBakeImage(PropertyGroup):
 
 
 class GiBakeResult(PropertyGroup):
-    """One line in the list of what was baked."""
+    """One line in the list of what was baked; `name`, which every group has, is what it is called there."""
 
-    name: StringProperty(name="Name", description="What the result is called in the list; may be changed")
     key: StringProperty(name="Key", description="Tells this bake from all others", options={"HIDDEN"})
     method: EnumProperty(name="Technique", description="Technique that the result was baked with", items=METHODS)
     target: EnumProperty(name="Target", description="What the light was baked for", items=TARGETS)

@@ -6,7 +6,6 @@ Its steps are taken one after the other, those that touch Blender on the main th
 their own: a step may last longer than a picture of the interface should, and cannot be cut where numpy or Embree works.
 """
 
-import contextlib
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -45,13 +44,13 @@ class Run:
         """
         until = time.perf_counter() + seconds
         while not self.ended and time.perf_counter() < until:
-            if self._thread:
+            if self._stop.is_set():
+                self.close()
+            elif self._thread:
                 self._thread.join(max(0.0, min(0.005, until - time.perf_counter())))
                 if self._thread.is_alive():
                     break
                 self._thread = None
-            elif self._stop.is_set():
-                self._finish(cancelled=True)
             elif self.stage and not self._on_main(self.stage):
                 # A daemon: a Blender that quits waits for no bake.
                 self._thread = threading.Thread(target=self._aside, name="GI Bake", daemon=True)
@@ -61,34 +60,34 @@ class Run:
         return self.ended
 
     def cancel(self) -> None:
-        """Ends it at the next step; `advance` tells when."""
+        """Ends it; `advance` tells when."""
         self._stop.set()
 
     def close(self) -> None:
-        """Ends it now and waits until it has."""
+        """Ends it now. What another thread is at it finishes by itself, for nobody: it touches nothing of Blender's."""
         self._stop.set()
-        if self._thread:
-            self._thread.join()
-            self._thread = None
         if not self.ended:
-            self._finish(cancelled=True)
+            self.cancelled = self.ended = True
+            if not self._thread:
+                self._work.close()
 
     def _aside(self) -> None:
         while not (self.ended or self._stop.is_set() or self._on_main(self.stage)):
             self._step()
-        if self._stop.is_set() and not self.ended:
-            # Here, since closing waits for what is in flight.
-            self._finish(cancelled=True)
+        if self._stop.is_set():
+            # Here and not where it was cancelled, since closing waits for what is in flight.
+            self._work.close()
 
     def _step(self) -> None:
         try:
-            self.fraction, self.stage = next(self._work)
+            fraction, stage = next(self._work)
         except StopIteration as stop:
-            self.value, self.ended = stop.value, True
+            self._end(stop.value, None)
         except Exception as error:
-            self.error, self.ended = error, True
+            self._end(None, error)
+        else:
+            self.fraction, self.stage = fraction, stage
 
-    def _finish(self, cancelled: bool) -> None:
-        with contextlib.suppress(Exception):
-            self._work.close()
-        self.cancelled, self.ended = cancelled, True
+    def _end(self, value: object, error: Exception | None) -> None:
+        if not self.ended:
+            self.value, self.error, self.ended = value, error, True

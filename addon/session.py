@@ -44,7 +44,7 @@ class Session:
             del self.results[next(iter(self.results))]
 
     def stop(self) -> None:
-        """Ends a bake at once and waits for it."""
+        """Ends a bake at once."""
         if self.run:
             self.run.close()
             self.run = None

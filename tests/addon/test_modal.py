@@ -59,6 +59,10 @@ def follow(operator, until=lambda: False):
 
 
 def left_over(operator):
+    # What a thread was at when it was told to stop it finishes.
+    for thread in threading.enumerate():
+        if thread.name == "GI Bake":
+            thread.join(60)
     return [
         *operator.context.window_manager.timers,
         *(thread for thread in threading.enumerate() if thread.name == "GI Bake"),
@@ -106,12 +110,14 @@ def test_to_a_cancel_in_the_middle(gi, operator, by):
     bpy.context.scene.gi_bake.samples = 4096
     operator._start(operator.context)
     follow(operator, lambda: session.run.fraction > 0.3)
+    run = session.run
     if by == "esc":
         assert operator.modal(operator.context, ESC) == {"RUNNING_MODAL"}
     else:
         assert bpy.ops.gi.cancel() == {"FINISHED"}
-    assert follow(operator) == {"CANCELLED"}
+    assert operator.modal(operator.context, TICK) == {"CANCELLED"}, "at the next tick, whatever the thread is at"
     assert session.run is None and left_over(operator) == [] and names() == before
+    assert run.cancelled and run.value is None and run.error is None
     assert not bpy.context.scene.gi_bake.results
 
 
