@@ -98,7 +98,7 @@ def _layered(c: Comparison, folder: Path) -> bpy.types.Image:
     # The file holds scene-linear values, and the picture's colours are sRGB.
     difference = np.where(shown <= 0.04045, shown / 12.92, ((shown + 0.055) / 1.055) ** 2.4).astype(np.float32)
     path = folder / f"{file_stem(c.name)} comparison.exr"
-    exr.write_layers(path, {"GI Bake": c.ours, "Cycles": c.reference, "Difference": difference}, "Comparison")
+    exr.write_layers(path, {"Baked": c.ours, "Cycles": c.reference, "Difference": difference}, "Comparison")
     image = bpy.data.images.load(str(path))
     image.name = f"{c.name} Comparison"
     image[MARK] = image.name

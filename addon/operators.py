@@ -282,10 +282,8 @@ class GI_OT_check(Operator):
 
     def execute(self, context):
         findings = check(context.scene, context.view_layer)
-        _report(self, [f for f in findings if f.severity == "WARNING" or not bpy.app.background])
+        _report(self, findings)
         if any(f.severity == "ERROR" for f in findings):
-            if bpy.app.background:
-                _report(self, [f for f in findings if f.severity == "ERROR"])
             return {"CANCELLED"}
         self.report({"INFO"}, "Ready to bake")
         return {"FINISHED"}
@@ -446,7 +444,7 @@ class GI_OT_show(Operator):
         name="Which", description="Images to go through: each call shows the next one", default="RESULT",
         items=(
             ("RESULT", "Result", "What was baked"),
-            ("COMPARISON", "Comparison", "GI Bake, Cycles and their difference, as layers of one image"),
+            ("COMPARISON", "Comparison", "Ours, Cycles and their difference, as layers of one image"),
         ), options={"SKIP_SAVE"},
     )  # fmt: skip
 

@@ -52,10 +52,12 @@ class Preview:
             image.scale(width, height)
         image.pixels.foreach_set(canvas.ravel())
         image.update()
-        for space in editors():
-            if space.image != image and is_free(space):
-                self._before.append((space, space.image.name if space.image else ""))
-                space.image = image
+        for window in bpy.context.window_manager.windows:
+            for area, space in areas(window):
+                if space.image != image and is_free(space):
+                    self._before.append((space, space.image.name if space.image else ""))
+                    space.image = image
+                    _fit(window, area)
         return True
 
     def remove(self) -> None:
@@ -67,6 +69,12 @@ class Preview:
             if space in editors() and space.image == image:
                 space.image = bpy.data.images.get(name)
         self._before.clear()
+        drop()
+
+
+def drop() -> None:
+    """Takes the image out of the file, whoever made it."""
+    if image := bpy.data.images.get(NAME):
         bpy.data.images.remove(image)
 
 

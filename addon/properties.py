@@ -118,7 +118,7 @@ class GiBakeResult(PropertyGroup):
     folder: StringProperty(name="Folder", description="Folder that holds the result's files", subtype="DIR_PATH")
     images: CollectionProperty(name="Images", description="Images that the result consists of", type=GiBakeImage)
     comparisons: CollectionProperty(
-        name="Comparisons", description="Images with the layers GI Bake, Cycles and Difference", type=GiBakeImage
+        name="Comparisons", description="Images with the layers Baked, Cycles and Difference", type=GiBakeImage
     )
     objects: StringProperty(
         name="Objects", description="Names of the objects that got light at vertices or are the volume, as a JSON list"

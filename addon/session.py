@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 
 import bpy
 
+from . import preview
 from .bake import Result
 from .preflight import Finding
 from .run import Run
@@ -64,10 +65,30 @@ def _before_load(*_):
     session.clear()
 
 
+@bpy.app.handlers.persistent
+def _before_save(*_):
+    # The next look at the bake makes it anew.
+    preview.drop()
+
+
+@bpy.app.handlers.persistent
+def _after_undo(*_):
+    # A step that was made during a bake holds the bake's preview.
+    if not session.run:
+        preview.drop()
+
+
+_HANDLERS = (
+    ("load_pre", _before_load), ("save_pre", _before_save), ("undo_post", _after_undo), ("redo_post", _after_undo),
+)  # fmt: skip
+
+
 def register():
-    bpy.app.handlers.load_pre.append(_before_load)
+    for name, handler in _HANDLERS:
+        getattr(bpy.app.handlers, name).append(handler)
 
 
 def unregister():
-    bpy.app.handlers.load_pre.remove(_before_load)
+    for name, handler in _HANDLERS:
+        getattr(bpy.app.handlers, name).remove(handler)
     session.clear()

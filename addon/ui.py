@@ -3,6 +3,7 @@
 """The panels: in the Render properties, and the same in the 3D view's sidebar; one in the Object properties."""
 
 import json
+import re
 from collections.abc import Callable, Iterable
 from dataclasses import fields
 
@@ -68,22 +69,22 @@ STAGES = {
 }  # fmt: skip
 
 
+# Where a line may end: after a word, and after any character of a script that has no spaces.
+_CJK = "\u3000-\u9fff\uff00-\uffef"
+_PIECES = re.compile(rf"[{_CJK}]|\s*[^\s{_CJK}]+|\s+")
+
+
 def _wrapped(layout: bpy.types.UILayout, text: str, context, icon: str = "NONE", taken: int = 0) -> None:
     """A text in as many lines as the region's width asks for. taken: of the width by other things [px at scale 1]."""
     scale = context.preferences.system.ui_scale
     blf.size(0, 11 * scale)
     width = context.region.width - (68 + taken + (20 if icon != "NONE" else 0)) * scale
     lines, line = [], ""
-    # Chinese has no spaces: there a line may end after any character.
-    words = text.split(" ") if " " in text or text.isascii() else list(text)
-    gap = " " if " " in text or text.isascii() else ""
-    for word in words:
-        longer = f"{line}{gap}{word}" if line else word
-        if line and blf.dimensions(0, longer)[0] > width:
-            lines.append(line)
-            line = word
-        else:
-            line = longer
+    for piece in _PIECES.findall(text):
+        if line and blf.dimensions(0, (line + piece).rstrip())[0] > width:
+            lines.append(line.rstrip())
+            line = ""
+        line += piece if line else piece.lstrip()
     column = layout.column(align=True)
     column.scale_y = 0.8
     for i, part in enumerate([*lines, line]):

@@ -121,7 +121,7 @@ _TEXTS = {
     "Images to go through: each call shows the next one": "要浏览的图像：每次调用显示下一张",
     "Result": "结果",
     "What was baked": "烘焙的内容",
-    "GI Bake, Cycles and their difference, as layers of one image": "GI 烘焙、Cycles 及其差异，作为同一图像的图层",
+    "Ours, Cycles and their difference, as layers of one image": "GI 烘焙、Cycles 及其差异，作为同一图像的图层",
     # Techniques and targets
     "Technique": "技术",
     "How reflected light is found": "计算反射光的方法",
@@ -197,7 +197,7 @@ _TEXTS = {
     "Image": "图像",
     "Image that holds a part of the result": "保存结果一部分的图像",
     "Comparisons": "对比",
-    "Images with the layers GI Bake, Cycles and Difference": "包含 GI 烘焙、Cycles 和差异图层的图像",
+    "Images with the layers Baked, Cycles and Difference": "包含 Baked、Cycles 和 Difference 图层的图像",
     "Names of the objects that got light at vertices or are the volume, as a JSON list": "接收顶点光照或作为体积的物体名称，JSON 列表",
     # Preferences
     "Device": "设备",

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import bpy
 import numpy as np
 import pytest
-from gi_bake.tests.addon.blocks import names
+from gi_bake.tests.addon.blocks import contents, names
 
 TICK, ESC = SimpleNamespace(type="TIMER", value="NOTHING"), SimpleNamespace(type="ESC", value="PRESS")
 
@@ -158,7 +158,7 @@ def test_a_scene_that_is_gone_at_the_end_is_said(gi, operator):
     assert any(kind == {"ERROR"} for kind, _ in operator.said) and left_over(operator) == []
 
 
-def test_the_picture_so_far_is_shown_and_taken_away(gi):
+def test_the_picture_so_far_is_shown_and_taken_away_and_never_saved(gi, tmp_path):
     preview = gi("addon.preview").Preview()
     light = np.full((4, 8, 3), 0.5, np.float32)
     assert not preview.refresh()
@@ -166,5 +166,45 @@ def test_the_picture_so_far_is_shown_and_taken_away(gi):
     assert preview.refresh() and not preview.refresh()
     image = bpy.data.images["GI Bake Preview"]
     assert tuple(image.size) == (8, 8) and image.pixels[0] == 0 and image.pixels[4 * 8 * 4] == 0.5
+    image.use_fake_user = True  # as an editor that shows it is a user
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "during.blend"), copy=True)
+    with bpy.data.libraries.load(str(tmp_path / "during.blend")) as (there, _):
+        assert "GI Bake Preview" not in there.images
+    preview("", slice(0, 4), light)
+    assert preview.refresh() and "GI Bake Preview" in bpy.data.images
     preview.remove()
     assert "GI Bake Preview" not in bpy.data.images
+
+
+def test_a_walk_through_the_panel_is_undone_whole(gi, operator, sample, tmp_path):
+    bpy.ops.wm.open_mainfile(filepath=str(sample("sunlit_room")))
+    group, session = bpy.context.scene.gi_bake, gi("addon.session").session
+    group.samples, group.use_render_size, group.image_resolution, group.antialias = 8, False, 48, 1
+    bpy.ops.ed.undo_push(message="Original")
+    before = contents()
+
+    def context():
+        operator.context.scene, operator.context.view_layer = bpy.context.scene, bpy.context.view_layer
+        return operator.context
+
+    operator._start(context())
+    follow(operator, lambda: session.run.fraction > 0.5)
+    operator.modal(context(), ESC)
+    assert follow(operator) == {"CANCELLED"} and left_over(operator) == []
+    assert contents() == before
+
+    # Blender pushes a step after each operator that was started from its interface.
+    operator._start(context())
+    assert follow(operator) == {"FINISHED"}
+    bpy.ops.ed.undo_push(message="Bake")
+    assert bpy.ops.gi.compare(samples=2, folder=str(tmp_path)) == {"FINISHED"}
+    bpy.ops.ed.undo_push(message="Compare")
+    steps = ["Compare", "Bake"]
+    if bpy.ops.gi.apply.poll():
+        assert bpy.ops.gi.apply() == {"FINISHED"}
+        bpy.ops.ed.undo_push(message="Apply")
+        steps.append("Apply")
+    assert contents() != before
+    for _ in steps:
+        assert bpy.ops.ed.undo() == {"FINISHED"}
+    assert contents() == before

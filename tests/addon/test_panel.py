@@ -70,15 +70,15 @@ def test_chinese_is_complete(gi):
 
 def test_a_bake_puts_its_result_into_the_list_and_remove_takes_all_of_it_away(gi):
     before, group = names(), bpy.context.scene.gi_bake
-    for target in ("IMAGE", "LIGHTMAP", "VERTICES"):
-        assert bpy.ops.gi.bake(target=target) == {"FINISHED"}
-    assert [(line.method, line.target) for line in group.results] == [
-        ("RSM", "IMAGE"), ("RSM", "LIGHTMAP"), ("RSM", "VERTICES")
-    ]  # fmt: skip
+    group.lpv.cells, group.lpv.cascades = 16, 1
+    asked = [("RSM", "IMAGE"), ("RSM", "LIGHTMAP"), ("SSGI", "VERTICES"), ("LPV", "VOLUME")]
+    for method, target in asked:
+        assert bpy.ops.gi.bake(method=method, target=target) == {"FINISHED"}
+    assert [(line.method, line.target) for line in group.results] == asked
     assert len(group.results[0].images) == 2 and len(group.results[1].images) == 7
     assert len(json.loads(group.results[2].objects)) == 7
     bpy.ops.gi.bake(target="LIGHTMAP")
-    assert [line.target for line in group.results] == ["IMAGE", "VERTICES", "LIGHTMAP"], "it replaces its like"
+    assert [line.target for line in group.results] == ["IMAGE", "VERTICES", "VOLUME", "LIGHTMAP"], "it replaces its like"
     while len(group.results):
         assert bpy.ops.gi.remove() == {"FINISHED"}
     assert names() == before
@@ -133,8 +133,9 @@ def test_objects_left_out_or_not_selected_get_no_lightmap(gi):
 def test_a_refused_bake_shows_its_findings_and_a_remedy_takes_them_away(gi):
     scene, session = bpy.context.scene, gi("addon.session").session
     scene.camera, before = None, names()
-    with pytest.raises(RuntimeError, match="NO_CAMERA"):
-        bpy.ops.gi.bake(target="IMAGE")
+    for operator in (bpy.ops.gi.check, bpy.ops.gi.bake):
+        with pytest.raises(RuntimeError, match="NO_CAMERA"):
+            operator()
     assert [f.code for f in session.findings(scene)] == ["NO_CAMERA"] and names() == before
     assert bpy.ops.gi.add_camera() == {"FINISHED"}
     assert session.findings(scene) == ()
@@ -179,7 +180,7 @@ def test_a_comparison_is_noted_and_shown_in_layers(gi, tmp_path):
     assert line.compared and line.error == pytest.approx(told["relmse"]) and line.bias == pytest.approx(told["bias"])
     exr = gi("gi_core.exr")
     layers = exr.read_layers(tmp_path / "Diffuse Indirect comparison.exr")
-    assert set(layers) == {"GI Bake", "Cycles", "Difference"}
+    assert set(layers) == {"Baked", "Cycles", "Difference"}
     image = line.comparisons[0].image
     assert image.packed_file and image.name == "Diffuse Indirect Comparison"
 
