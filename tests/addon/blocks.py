@@ -24,7 +24,8 @@ _OF_THE_WINDOW = (bpy.types.WindowManager, bpy.types.Screen, bpy.types.WorkSpace
 _NOT_KEPT = {
     "rna_type", "bl_rna", "session_uid", "users", "original", "is_evaluated", "preview", "particle_edit", "pixels",
     "loop_triangles", "loop_triangle_polygons", "corner_normals", "vertex_normals", "polygon_normals", "is_dirty",
-    "tag", "is_updated", "is_updated_data", "id_data", "is_runtime_data", "uid", "normals_domain", "depsgraph", "use_nodes",
+    "tag", "is_updated", "is_updated_data", "id_data", "is_runtime_data", "uid", "normals_domain",
+    "depsgraph", "use_nodes",
 }  # fmt: skip
 
 

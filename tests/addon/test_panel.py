@@ -78,7 +78,8 @@ def test_a_bake_puts_its_result_into_the_list_and_remove_takes_all_of_it_away(gi
     assert len(group.results[0].images) == 2 and len(group.results[1].images) == 7
     assert len(json.loads(group.results[2].objects)) == 7
     bpy.ops.gi.bake(target="LIGHTMAP")
-    assert [line.target for line in group.results] == ["IMAGE", "VERTICES", "VOLUME", "LIGHTMAP"], "it replaces its like"
+    targets = [line.target for line in group.results]
+    assert targets == ["IMAGE", "VERTICES", "VOLUME", "LIGHTMAP"], "it replaces its like"
     while len(group.results):
         assert bpy.ops.gi.remove() == {"FINISHED"}
     assert names() == before
