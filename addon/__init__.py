@@ -5,12 +5,20 @@
 _commands = []
 
 
-def register():
+def _modules():
     # Here and not above: without a Blender around it, `gi_bake.addon` can still be imported to be looked at.
+    from . import operators, preferences, presets, properties, remedies, session, translations, ui
+
+    return properties, session, operators, remedies, presets, ui, preferences, translations
+
+
+def register():
     import bpy
 
     from . import cli
 
+    for module in _modules():
+        module.register()
     _commands.append(bpy.utils.register_cli_command("gi_bake", cli.command))
 
 
@@ -19,3 +27,5 @@ def unregister():
 
     while _commands:
         bpy.utils.unregister_cli_command(_commands.pop())
+    for module in reversed(_modules()):
+        module.unregister()

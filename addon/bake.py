@@ -47,6 +47,9 @@ _MAPS, _TILES = 0.1, 0.9
 # Points that stand for all that get light where lights are chosen.
 _GUIDES = 1 << 14
 
+# Stages whose steps touch Blender, which allows that on its main thread only; the others may run on any.
+ON_MAIN_THREAD = frozenset({"unwrap", "read", "layout", "oidn"})
+
 
 class NotThere(ValueError):
     """What was asked for is not part of this version."""
@@ -183,6 +186,8 @@ def bake(
     output: the folder that files will go to, to be looked at before the work and not after it. preview: is shown what
     there is after each pass, noisy as it is. history: of the frame before, of the same job.
 
+    A step after a stage of ON_MAIN_THREAD belongs there, like the first one; the others may be taken on any thread.
+
     Raises Refused, before any work, where the preflight finds errors.
     """
     stages = Stages()
@@ -202,13 +207,15 @@ def bake(
         cameras = read_cameras(scene, view_layer, job.cameras) or [core.camera]
     if job.method == "ssgi" and cameras == [None]:
         raise Refused([preflight.no_camera(scene)])
+    if getattr(job.settings, "box", ""):
+        job = replace(job, settings=replace(job.settings, box=box_corners(job.settings.box, scene)))
+    transparent = scene.render.film_transparent
     with stages.time("device"):
         device, why_not = gpu_context.device(job.settings.device, job.settings.memory << 20)
+    yield 0.0, "trees"
     with stages.time("trees"):
         tracer = Tracer(Geometry(core), device)
 
-    if getattr(job.settings, "box", ""):
-        job = replace(job, settings=replace(job.settings, box=box_corners(job.settings.box, scene)))
     settings, technique = _per_point(job), METHODS[job.method]
     notes = [f"{f.code}: {f.message}" for f in findings]
     if why_not:
@@ -220,21 +227,14 @@ def bake(
         return Result(job, {}, {}, device.name, stages.seconds, core.approximated, tuple(notes), volume)
 
     camera = camera_at(core.camera, job.resolution) if job.target == "image" else None
-    names = receiving(core, job)
-    pages = []
+    names, whole, pages, hashes, earlier = receiving(core, job), [], [], {}, {}
     if job.target == "lightmap":
-        pages = layout.pages(tracer.geometry, scene, names, job.uv, job.resolution, job.settings)
-    whole_pages, hashes, earlier = pages, {}, {}
-    if pages:
-        with stages.time("read"):
-            if job.settings.rebake == "changed":
-                pages = whole_pages = rebake.as_before(scene, pages)
-            hashes = rebake.signatures(core, pages, job.method, job.settings)
-            if job.settings.rebake == "changed":
-                still, earlier = rebake.kept(scene, pages, hashes)
-                names = tuple(name for name in names if name not in still)
-                pages = [replace(p, places=tuple(q for q in p.places if q.name not in still)) for p in pages]
-                pages = [page for page in pages if page.places]
+        yield 0.0, "layout"
+        with stages.time("layout"):
+            whole = layout.pages(tracer.geometry, scene, names, job.uv, job.resolution, job.settings)
+            whole, pages, hashes, earlier = rebake.due(scene, core, whole, job.method, job.settings)
+        names = tuple(place.name for page in pages for place in page.places)
+        yield 0.0, "maps"
     receivers = _receivers(tracer, job, camera, names, pages)
     emitted = None
     if job.wants("indirect") and receivers:
@@ -245,11 +245,11 @@ def bake(
 
     margin, unit = _margin(settings, camera)
     cutting = cut(receivers, min((settings.memory << 20) // POINT_BYTES, device.most), margin, unit)
-    whole, done = sum(np.prod(tile.shape) for tile in cutting), 0.0
+    items, done = sum(np.prod(tile.shape) for tile in cutting), 0.0
     canvases: dict[str, dict[str, np.ndarray]] = {receiver.name: {} for receiver in receivers}
     kept_layers, reused, estimates = _kept_layers(settings, camera), [], []
     for tile in cutting:
-        share = float(np.prod(tile.shape) / whole)
+        share = float(np.prod(tile.shape) / items)
         light = TileLight(tracer, technique, settings, emitted, job.wants("direct"), camera, share, reused)
         seen = _shown(preview, tile) if preview else None
         work = light.on(tile, seen)
@@ -259,7 +259,7 @@ def bake(
         for receiver, rows, kept in tile.kept():
             _put(canvases[receiver.name], found, kept_layers, receiver, rows, kept)
     if settings.denoise == "oidn" and job.target != "vertices":
-        yield from stages.follow(named("denoise", _oidn(canvases, technique.noisy(settings), camera is None)), 1, 0, {})
+        yield from stages.follow(named("oidn", _oidn(canvases, technique.noisy(settings), camera is None)), 1, 0, {})
 
     views = emitted if job.method == "ssgi" and emitted else []
     with stages.time("layers"):
@@ -268,7 +268,7 @@ def bake(
                 canvas[f"{kind}Direct"] = canvas.pop(f"{kind}Lamps") + canvas.pop(f"{kind}Around")
         layers, light = {}, {}
         if camera:
-            layers = images.camera_layers(canvases[""], camera, scene.render.film_transparent)
+            layers = images.camera_layers(canvases[""], camera, transparent)
             layers |= {f"SSGI {k}": v for view in views for k, v in view.debug(camera.resolution).items()}
         else:
             light = {r.name: _light(canvases[r.name], r.shape, _coverage(r, views)) for r in receivers}
@@ -288,7 +288,7 @@ def bake(
     uvs = {mesh.name: uvs for mesh, uvs in made.items()}
     return Result(
         job, layers, light, device.name, stages.seconds, core.approximated, tuple(warnings), history=carried,
-        pages=tuple(whole_pages), hashes=hashes, kept=earlier, uvs=uvs,
+        pages=tuple(whole), hashes=hashes, kept=earlier, uvs=uvs,
         meshes=_meshes(tracer.geometry, pages) if job.settings.gltf else {},
     )  # fmt: skip
 

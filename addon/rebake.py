@@ -8,7 +8,7 @@ what these reflect onto it stays as it was until all is baked again.
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import asdict, fields, is_dataclass
+from dataclasses import asdict, fields, is_dataclass, replace
 
 import bpy
 import numpy as np
@@ -38,9 +38,21 @@ def signatures(core: Scene, pages: Sequence[Page], method: str, settings: Settin
     return found
 
 
-def as_before(scene: bpy.types.Scene, pages: Sequence[Page]) -> list[Page]:
-    """Pages with the objects where they lay on the file's lightmaps, where those hold the same objects."""
-    return [_as_before(scene, page) or page for page in pages]
+def due(
+    scene: bpy.types.Scene, core: Scene, pages: list[Page], method: str, settings: Settings
+) -> tuple[list[Page], list[Page], dict[str, str], dict[str, np.ndarray]]:
+    """What of the pages is to be baked, by the setting `rebake`.
+
+    Returns all pages, those with only the objects that are due, `signatures`, and what is kept, see `kept`.
+    """
+    changed = settings.rebake == "changed"
+    whole = [_as_before(scene, page) or page for page in pages] if changed else pages
+    hashes = signatures(core, whole, method, settings)
+    if not changed:
+        return whole, whole, hashes, {}
+    still, earlier = kept(scene, whole, hashes)
+    left = [replace(p, places=tuple(q for q in p.places if q.name not in still)) for p in whole]
+    return whole, [page for page in left if page.places], hashes, earlier
 
 
 def kept(

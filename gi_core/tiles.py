@@ -6,6 +6,14 @@ import os
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, wait
 
+# How many cores are used; of the machine, as the cores are, and no setting: results do not depend on it.
+_threads = [os.cpu_count()]
+
+
+def use_threads(count: int) -> None:
+    """From now on work is done on so many cores; 0 for all."""
+    _threads[0] = count or os.cpu_count()
+
 
 def slices(n: int, size: int) -> list[slice]:
     """Consecutive slices of at most `size` that cover range(n)."""
@@ -14,12 +22,12 @@ def slices(n: int, size: int) -> list[slice]:
 
 
 def run(function: Callable[[slice], None], parts: list[slice]) -> Iterator[float]:
-    """Calls function(part) for each part on all cores; yields the share that is done, 0…1.
+    """Calls function(part) for each part on all cores, see `use_threads`; yields the share that is done, 0…1.
 
     The function writes its result into arrays of its own, so the order does not matter. Closing the generator waits for
     the tiles in flight and drops the rest; an error in a tile is raised here.
     """
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
+    with ThreadPoolExecutor(_threads[0]) as pool:
         futures = [pool.submit(function, part) for part in parts]
         try:
             # Waking up now and then, not at each tile's end, keeps a cancel prompt when one tile takes long.

@@ -22,11 +22,15 @@ _SEED = 7919
 
 @dataclass(frozen=True)
 class Report:
-    """paths: files written. metrics: name of what was compared -> measure -> value. seconds: that Cycles took."""
+    """paths: files written. metrics: name of what was compared -> measure -> value. seconds: that Cycles took.
+
+    comparisons: the pictures.
+    """
 
     paths: tuple[Path, ...]
     metrics: dict[str, dict[str, float]]
     seconds: float
+    comparisons: tuple[Comparison, ...] = ()
 
 
 def compare(
@@ -82,7 +86,7 @@ def compare(
     paths = write_report(
         folder, f"GI Bake and Cycles: {Path(bpy.data.filepath).stem or scene.name}", comparisons, facts
     )
-    return Report(paths, {c.name: c.metrics for c in comparisons}, seconds)
+    return Report(paths, {c.name: c.metrics for c in comparisons}, seconds, tuple(comparisons))
 
 
 def _size(result: Result) -> tuple[int, int]:

@@ -1,0 +1,16 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+import bpy
+
+gi_bake = bpy.context.scene.gi_bake
+
+gi_bake.samples = 512
+gi_bake.noise_threshold = 0.0
+gi_bake.time_limit = 0.0
+gi_bake.bounces = 3
+gi_bake.light_samples = 128
+gi_bake.denoise = "BILATERAL"
+gi_bake.denoise_passes = 2
+gi_bake.antialias = 3
+gi_bake.rsm.map_resolution = 512
+gi_bake.rsm.interpolation = 1

@@ -1,0 +1,82 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Everything that the extension's interface says, found in its registered classes and in its source."""
+
+import ast
+import sys
+from pathlib import Path
+
+import bpy
+
+ADDON = Path(__file__).resolve().parents[2] / "addon"
+# Calls whose text a person reads.
+_SAYING = {"iface_", "rpt_", "poll_message_set", "pgettext_iface"}
+_SAID_AS = {"text", "heading"}
+
+
+def classes(package: str) -> list[type]:
+    """What the extension has registered: classes of modules below `package`."""
+    found, stack = [], list(bpy.types.bpy_struct.__subclasses__())
+    while stack:
+        cls = stack.pop()
+        stack += cls.__subclasses__()
+        if cls.__module__.startswith(package) and getattr(cls, "is_registered", False):
+            found.append(cls)
+    return found
+
+
+def of_classes(package: str) -> set[str]:
+    """Labels and descriptions of classes, properties and enum items."""
+    said = set()
+    for cls in classes(package):
+        said.add(getattr(cls, "bl_label", ""))
+        said |= {text for prop in properties(cls) for text in _of_property(prop)}
+        if issubclass(cls, bpy.types.Operator):
+            said.add(rna(cls).description)
+    return said - {""}
+
+
+def rna(cls: type) -> bpy.types.Struct:
+    """A class as Blender sees it; an operator's own says nothing of its properties."""
+    if issubclass(cls, bpy.types.Operator):
+        group, name = cls.bl_idname.split(".")
+        return getattr(getattr(bpy.ops, group), name).get_rna_type()
+    return cls.bl_rna
+
+
+def properties(cls: type) -> list[bpy.types.Property]:
+    """The properties of a class that are its own and that people see."""
+    theirs = {key for base in cls.__mro__ for key in getattr(base, "__annotations__", {})}
+    inherited = {"rna_type", "name"} if "Preset" in cls.__name__ or "preset" in cls.__name__ else {"rna_type"}
+    return [p for key, p in rna(cls).properties.items() if key in theirs - inherited and not p.is_hidden]
+
+
+def _of_property(prop: bpy.types.Property) -> set[str]:
+    items = prop.enum_items if prop.type == "ENUM" else ()
+    return {prop.name, prop.description} | {text for item in items for text in (item.name, item.description)}
+
+
+def of_source() -> set[str]:
+    """Literal texts handed to the interface and to Blender's translation."""
+    said = set()
+    for file in ADDON.glob("*.py"):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Dict) and file.name == "ui.py":
+                said |= _labels(node)
+            if not isinstance(node, ast.Call):
+                continue
+            name = getattr(node.func, "id", getattr(node.func, "attr", ""))
+            literal = [k.value for k in node.keywords if k.arg in _SAID_AS] if name in {"label", "operator"} else []
+            if name in _SAYING:
+                literal += node.args
+            if name == "report":
+                literal += node.args[1:]
+            said |= {e.value for e in literal if isinstance(e, ast.Constant) and isinstance(e.value, str)}
+    tables = sys.modules[next(m for m in sys.modules if m.endswith(".gi_bake.addon.ui"))]
+    return (said | set(tables.STAGES.values()) | {text for _, text in tables.REMEDIES.values()}) - {""}
+
+
+def _labels(node: ast.Dict) -> set[str]:
+    """Keys that are shown before values: "Texels", "Memory"."""
+    words = [e.value for e in (*node.keys, *node.values) if isinstance(e, ast.Constant) and isinstance(e.value, str)]
+    return {word for word in words if word[:1].isupper() and not word.isupper() and "_" not in word}

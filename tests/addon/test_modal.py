@@ -1,0 +1,210 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""A bake beside a living window, its modal operator driven by hand: to the end, to a cancel, to an error, to a quit."""
+
+import inspect
+import threading
+import time
+from types import SimpleNamespace
+
+import bpy
+import numpy as np
+import pytest
+from gi_bake.tests.addon.blocks import contents, names
+
+TICK, ESC = SimpleNamespace(type="TIMER", value="NOTHING"), SimpleNamespace(type="ESC", value="PRESS")
+
+
+class _Windows:
+    """A window manager that counts timers and handlers."""
+
+    def __init__(self):
+        self.timers, self.handlers, self.windows = [], [], ()
+
+    def event_timer_add(self, seconds, window):
+        self.timers.append(seconds)
+        return seconds
+
+    def event_timer_remove(self, timer):
+        self.timers.remove(timer)
+
+    def modal_handler_add(self, operator):
+        self.handlers.append(operator)
+
+
+@pytest.fixture
+def operator(gi):
+    """The bake's operator as a plain object, its context and how it is followed to its end."""
+    cls = gi("addon.operators").GI_OT_bake
+    body = {name: method for name, method in vars(cls).items() if inspect.isfunction(method)}
+    made = type("Bake", (), body)()
+    made.method, made.target, made.objects, made.uv, made.folder, made.resolution = "RSM", "IMAGE", "", "", "", 0
+    made.properties = SimpleNamespace(is_property_set=lambda name: False)
+    made.said = []
+    made.report = lambda kind, text: made.said.append((kind, text))
+    made.context = SimpleNamespace(
+        scene=bpy.context.scene, view_layer=bpy.context.view_layer, window=object(), window_manager=_Windows()
+    )
+    return made
+
+
+def follow(operator, until=lambda: False):
+    """Ticks until the operator ends, or until something is so; what it answered last."""
+    for _ in range(3000):
+        answer = operator.modal(operator.context, TICK)
+        if answer != {"PASS_THROUGH"} or until():
+            return answer
+        time.sleep(0.005)
+    raise AssertionError("the bake does not end")
+
+
+def left_over(operator):
+    # What a thread was at when it was told to stop it finishes.
+    for thread in threading.enumerate():
+        if thread.name == "GI Bake":
+            thread.join(60)
+    return [
+        *operator.context.window_manager.timers,
+        *(thread for thread in threading.enumerate() if thread.name == "GI Bake"),
+        *(image for image in bpy.data.images if image.name == "GI Bake Preview"),
+    ]
+
+
+def test_to_the_end(gi, operator):
+    session, group = gi("addon.session").session, bpy.context.scene.gi_bake
+    bpy.ops.gi.bake(target="IMAGE")
+    alone = list(bpy.data.images["Scene GI"].pixels)
+    bpy.ops.gi.remove()
+    assert operator._start(operator.context) == {"RUNNING_MODAL"}
+    assert session.run and operator.context.window_manager.timers
+    assert not bpy.ops.gi.bake.poll()
+    shares = []
+    assert follow(operator, lambda: shares.append(session.run.fraction if session.run else 1.0)) == {"FINISHED"}
+    assert shares == sorted(shares) and session.run is None and left_over(operator) == []
+    assert len(group.results) == 1 and list(bpy.data.images["Scene GI"].pixels) == alone
+
+
+def test_what_touches_blender_stays_on_the_main_thread(gi, operator, monkeypatch):
+    where = {}
+
+    def noted(name, call):
+        def seen(*arguments, **more):
+            where[name] = threading.current_thread() is threading.main_thread()
+            return call(*arguments, **more)
+
+        return seen
+
+    preflight, light = gi("addon.preflight"), gi("addon.bake")
+    for module, name in ((preflight, "inspected"), (light, "read_cameras"), (light, "Tracer")):
+        monkeypatch.setattr(module, name, noted(name, getattr(module, name)))
+    monkeypatch.setattr(light.denoise, "oidn", noted("oidn", lambda image, *guides: image))
+    bpy.context.scene.gi_bake.denoise = "OIDN"
+    operator._start(operator.context)
+    assert follow(operator) == {"FINISHED"}
+    assert where == {"inspected": True, "read_cameras": True, "Tracer": False, "oidn": True}
+
+
+@pytest.mark.parametrize("by", ["esc", "button"])
+def test_to_a_cancel_in_the_middle(gi, operator, by):
+    session, before = gi("addon.session").session, names()
+    bpy.context.scene.gi_bake.samples = 4096
+    operator._start(operator.context)
+    follow(operator, lambda: session.run.fraction > 0.3)
+    run = session.run
+    if by == "esc":
+        assert operator.modal(operator.context, ESC) == {"RUNNING_MODAL"}
+    else:
+        assert bpy.ops.gi.cancel() == {"FINISHED"}
+    assert operator.modal(operator.context, TICK) == {"CANCELLED"}, "at the next tick, whatever the thread is at"
+    assert session.run is None and left_over(operator) == [] and names() == before
+    assert run.cancelled and run.value is None and run.error is None
+    assert not bpy.context.scene.gi_bake.results
+
+
+def test_to_an_error(gi, operator, monkeypatch):
+    session, before = gi("addon.session").session, names()
+
+    def broken(*arguments):
+        raise MemoryError
+
+    monkeypatch.setattr(gi("addon.bake"), "guides", broken)
+    operator._start(operator.context)
+    assert follow(operator) == {"CANCELLED"}
+    assert [f.code for f in session.findings(bpy.context.scene)] == ["OUT_OF_MEMORY"]
+    assert any(kind == {"ERROR"} and "OUT_OF_MEMORY" in text for kind, text in operator.said)
+    assert session.run is None and left_over(operator) == [] and names() == before
+
+
+def test_another_file_ends_the_bake(gi, operator, sample):
+    session = gi("addon.session").session
+    bpy.context.scene.gi_bake.samples = 4096
+    operator._start(operator.context)
+    run = session.run
+    follow(operator, lambda: run.fraction > 0.3)
+    bpy.ops.wm.open_mainfile(filepath=str(sample("corridor")))
+    assert run.ended and run.cancelled and session.run is None
+    operator.context.scene = bpy.context.scene
+    operator.cancel(operator.context)  # as Blender does with the operators of a window
+    assert left_over(operator) == []
+
+
+def test_a_scene_that_is_gone_at_the_end_is_said(gi, operator):
+    operator._start(operator.context)
+    follow(operator, lambda: operator._run.fraction > 0.3)
+    kept, doomed = bpy.data.scenes.new("Kept"), bpy.data.scenes[operator._names[0]]
+    operator.context.scene = kept
+    bpy.data.scenes.remove(doomed)
+    assert follow(operator) == {"CANCELLED"}
+    assert any(kind == {"ERROR"} for kind, _ in operator.said) and left_over(operator) == []
+
+
+def test_the_picture_so_far_is_shown_and_taken_away_and_never_saved(gi, tmp_path):
+    preview = gi("addon.preview").Preview()
+    light = np.full((4, 8, 3), 0.5, np.float32)
+    assert not preview.refresh()
+    preview("", slice(4, 8), light)
+    assert preview.refresh() and not preview.refresh()
+    image = bpy.data.images["GI Bake Preview"]
+    assert tuple(image.size) == (8, 8) and image.pixels[0] == 0 and image.pixels[4 * 8 * 4] == 0.5
+    image.use_fake_user = True  # as an editor that shows it is a user
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "during.blend"), copy=True)
+    with bpy.data.libraries.load(str(tmp_path / "during.blend")) as (there, _):
+        assert "GI Bake Preview" not in there.images
+    preview("", slice(0, 4), light)
+    assert preview.refresh() and "GI Bake Preview" in bpy.data.images
+    preview.remove()
+    assert "GI Bake Preview" not in bpy.data.images
+
+
+def test_a_walk_through_the_panel_is_undone_whole(gi, operator, sample, tmp_path):
+    bpy.ops.wm.open_mainfile(filepath=str(sample("sunlit_room")))
+    group, session = bpy.context.scene.gi_bake, gi("addon.session").session
+    group.samples, group.use_render_size, group.image_resolution, group.antialias = 8, False, 48, 1
+    bpy.ops.ed.undo_push(message="Original")
+    before = contents()
+
+    def context():
+        operator.context.scene, operator.context.view_layer = bpy.context.scene, bpy.context.view_layer
+        return operator.context
+
+    operator._start(context())
+    follow(operator, lambda: session.run.fraction > 0.5)
+    operator.modal(context(), ESC)
+    assert follow(operator) == {"CANCELLED"} and left_over(operator) == []
+    assert contents() == before
+
+    # Blender pushes a step after each operator that was started from its interface.
+    operator._start(context())
+    assert follow(operator) == {"FINISHED"}
+    bpy.ops.ed.undo_push(message="Bake")
+    assert bpy.ops.gi.compare(samples=2, folder=str(tmp_path)) == {"FINISHED"}
+    bpy.ops.ed.undo_push(message="Compare")
+    steps = ["Compare", "Bake"]
+    if bpy.ops.gi.apply.poll():
+        assert bpy.ops.gi.apply() == {"FINISHED"}
+        bpy.ops.ed.undo_push(message="Apply")
+        steps.append("Apply")
+    assert contents() != before
+    for _ in steps:
+        assert bpy.ops.ed.undo() == {"FINISHED"}
+    assert contents() == before

@@ -1,0 +1,244 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Properties, operators and presets: what the panel does, without its window."""
+
+import json
+from dataclasses import fields
+from types import SimpleNamespace
+
+import bpy
+import numpy as np
+import pytest
+from gi_bake.tests.addon.blocks import names
+from gi_bake.tests.addon.interface_strings import classes, of_classes, of_source, properties, rna
+
+METHODS = ("rsm", "lpv", "ssgi")
+
+
+def test_settings_have_one_name_and_one_default_everywhere(gi):
+    bpy.ops.wm.read_homefile(use_empty=True)
+    asked, techniques = gi("addon.asked"), gi("gi_core.techniques").METHODS
+    for method in METHODS:
+        assert asked.settings(bpy.context.scene, method) == techniques[method].settings()
+
+
+def test_settings_of_the_scene_reach_the_job(gi):
+    scene, asked = bpy.context.scene, gi("addon.asked")
+    group = scene.gi_bake
+    group.denoise, group.ssgi.mode, group.ssgi.thickness, group.noise_threshold = "OIDN", "RAY_TRACED", 0.3, 0.01
+    job = asked.job(scene, bpy.context.view_layer, method="ssgi", resolution=48, device="cpu")
+    assert (job.method, job.target, job.resolution, job.settings.device) == ("ssgi", "image", 48, "cpu")
+    found = job.settings
+    assert (found.denoise, found.mode, found.thickness, found.noise_threshold) == ("oidn", "ray_traced", 0.3, 0.01)
+
+
+def test_bounds_of_settings_are_blenders_too(gi):
+    for method in METHODS:
+        settings = gi("gi_core.techniques").METHODS[method].settings
+        for f in fields(settings):
+            group = bpy.context.scene.gi_bake
+            holder = getattr(group, method) if f.name in getattr(group, method).bl_rna.properties else group
+            if f.metadata["low"] is None:
+                continue
+            for value in (f.metadata["low"], f.metadata["high"]):
+                setattr(holder, f.name, value)
+                gi("addon.asked").settings(bpy.context.scene, method)  # raises out of bounds
+            assert holder.bl_rna.properties[f.name].hard_max == pytest.approx(f.metadata["high"])
+
+
+def test_every_property_operator_and_item_says_what_it_does(extension):
+    package = extension.__name__
+    assert len(classes(package)) > 30
+    for cls in classes(package):
+        for prop in properties(cls):
+            said = prop.description
+            assert len(said) > 12 and said != prop.name and not said.endswith("."), f"{cls.__name__}.{prop.identifier}"
+        if issubclass(cls, bpy.types.Operator):
+            said = rna(cls).description
+            assert len(said) > 12 and not said.endswith("."), cls.__name__
+
+
+def test_chinese_is_complete(gi):
+    chinese = gi("addon.translations.zh_hans").ZH_HANS
+    translated = {text for _, text in chinese}
+    said = of_classes(gi("addon").__name__.removesuffix(".addon")) | of_source()
+    assert len(said) > 300
+    assert sorted(said - translated) == []
+    for (_, text), other in chinese.items():
+        assert other and other.count("{") == text.count("{"), text
+
+
+def test_a_bake_puts_its_result_into_the_list_and_remove_takes_all_of_it_away(gi):
+    before, group = names(), bpy.context.scene.gi_bake
+    group.lpv.cells, group.lpv.cascades = 16, 1
+    asked = [("RSM", "IMAGE"), ("RSM", "LIGHTMAP"), ("SSGI", "VERTICES"), ("LPV", "VOLUME")]
+    for method, target in asked:
+        assert bpy.ops.gi.bake(method=method, target=target) == {"FINISHED"}
+    assert [(line.method, line.target) for line in group.results] == asked
+    assert len(group.results[0].images) == 2 and len(group.results[1].images) == 7
+    assert len(json.loads(group.results[2].objects)) == 7
+    bpy.ops.gi.bake(target="LIGHTMAP")
+    targets = [line.target for line in group.results]
+    assert targets == ["IMAGE", "VERTICES", "VOLUME", "LIGHTMAP"], "it replaces its like"
+    while len(group.results):
+        assert bpy.ops.gi.remove() == {"FINISHED"}
+    assert names() == before
+
+
+def test_the_list_is_saved_with_the_file(gi, tmp_path):
+    bpy.ops.gi.bake(target="LIGHTMAP", objects="Floor, Ceiling")
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "baked.blend"))
+    bpy.ops.wm.open_mainfile(filepath=str(tmp_path / "baked.blend"))
+    [line] = bpy.context.scene.gi_bake.results
+    assert sorted(part.image.name for part in line.images) == ["Ceiling Lightmap", "Floor Lightmap"]
+    assert not bpy.ops.gi.compare.poll(), "the light is not in memory any more"
+
+
+def test_images_go_to_the_folder_where_asked(gi, tmp_path):
+    group = bpy.context.scene.gi_bake
+    bpy.ops.gi.bake(target="LIGHTMAP", objects="Floor")
+    packed = np.array(bpy.data.images["Floor Lightmap"].pixels[:])
+    group.keep = "FILES"
+    bpy.ops.gi.bake(target="LIGHTMAP", objects="Floor")
+    image = bpy.data.images["Floor Lightmap"]
+    assert image.source == "FILE" and image.packed_file is None
+    assert (tmp_path / "out" / "Floor Lightmap.exr").is_file()
+    assert np.array_equal(np.array(image.pixels[:]), packed)
+    bpy.ops.gi.bake(target="IMAGE")
+    assert bpy.data.images["Scene GI"].size[0] == 24 and bpy.data.images["Scene GI"].source == "FILE"
+
+
+def test_a_folder_that_cannot_be_written_is_said_and_nothing_is_changed(gi, tmp_path):
+    (tmp_path / "file").touch()
+    bpy.context.scene.gi_bake.keep, before = "FILES", names()
+    with pytest.raises(RuntimeError, match="OUTPUT_NOT_WRITABLE"):
+        bpy.ops.gi.bake(folder=str(tmp_path / "file"))
+    assert names() == before and not bpy.context.scene.gi_bake.results
+
+
+def test_objects_left_out_or_not_selected_get_no_lightmap(gi):
+    scene, asked = bpy.context.scene, gi("addon.asked")
+    layer = bpy.context.view_layer
+    assert asked.chosen_objects(scene, layer) == ()
+    bpy.data.objects["Floor"].gi_bake.use = False
+    assert "Floor" not in asked.chosen_objects(scene, layer) and len(asked.chosen_objects(scene, layer)) == 6
+    scene.gi_bake.scope = "SELECTED"
+    for obj in layer.objects:
+        obj.select_set(obj.name == "Ceiling")
+    assert asked.chosen_objects(scene, layer) == ("Ceiling",)
+    bpy.data.objects["Ceiling"].select_set(False)
+    with pytest.raises(RuntimeError, match="NOTHING_SELECTED"):
+        bpy.ops.gi.bake(target="LIGHTMAP")
+
+
+def test_a_refused_bake_shows_its_findings_and_a_remedy_takes_them_away(gi):
+    scene, session = bpy.context.scene, gi("addon.session").session
+    scene.camera, before = None, names()
+    for operator in (bpy.ops.gi.check, bpy.ops.gi.bake):
+        with pytest.raises(RuntimeError, match="NO_CAMERA"):
+            operator()
+    assert [f.code for f in session.findings(scene)] == ["NO_CAMERA"] and names() == before
+    assert bpy.ops.gi.add_camera() == {"FINISHED"}
+    assert session.findings(scene) == ()
+    scene.gi_bake.target = "LIGHTMAP"
+    bpy.data.objects["Floor"].hide_render = True
+    with pytest.raises(RuntimeError, match="HIDDEN_IN_RENDER"):
+        bpy.ops.gi.bake(objects="Floor")
+    assert bpy.ops.gi.show_in_render(objects="Floor") == {"FINISHED"}
+    assert not bpy.data.objects["Floor"].hide_render
+    mesh = bpy.data.objects["Floor"].data
+    bpy.data.objects["Ceiling"].data = mesh
+    with pytest.raises(RuntimeError, match="VERTICES_NOT_WRITABLE"):
+        bpy.ops.gi.bake(target="VERTICES")
+    assert bpy.ops.gi.make_single_user(objects='["Ceiling"]') == {"FINISHED"}
+    assert bpy.ops.gi.bake(target="VERTICES") == {"FINISHED"}
+
+
+def test_wrong_settings_are_said_and_nothing_is_changed(gi):
+    before = names()
+    with pytest.raises(RuntimeError, match="SETTING"):
+        bpy.ops.gi.bake(method="RSM", target="VOLUME")
+    assert names() == before and not bpy.context.scene.gi_bake.results
+
+
+def test_polls_say_why_not(gi):
+    session, ops = gi("addon.session").session, bpy.ops.gi
+    assert ops.bake.poll() and ops.check.poll()
+    for name in ("compare", "apply", "remove", "show", "cancel"):
+        assert not getattr(ops, name).poll(), name
+    session.run = SimpleNamespace(close=lambda: None)
+    for name in ("bake", "check", "compare", "remove", "add_camera", "show_in_render", "make_single_user", "select"):
+        assert not getattr(ops, name).poll(), name
+    assert ops.cancel.poll()
+
+
+def test_a_comparison_is_noted_and_shown_in_layers(gi, tmp_path):
+    group = bpy.context.scene.gi_bake
+    bpy.ops.gi.bake(target="IMAGE")
+    assert bpy.ops.gi.compare(samples=4, folder=str(tmp_path)) == {"FINISHED"}
+    [line] = group.results
+    told = json.loads((tmp_path / "report.json").read_text())["comparisons"]["Diffuse Indirect"]
+    assert line.compared and line.error == pytest.approx(told["relmse"]) and line.bias == pytest.approx(told["bias"])
+    exr = gi("gi_core.exr")
+    layers = exr.read_layers(tmp_path / "Diffuse Indirect comparison.exr")
+    assert set(layers) == {"Baked", "Cycles", "Difference"}
+    image = line.comparisons[0].image
+    assert image.packed_file and image.name == "Diffuse Indirect Comparison"
+
+
+def test_shipped_presets_set_what_they_say(gi):
+    asked = gi("addon.asked")
+    for method in METHODS:
+        found = []
+        for quality in ("draft", "medium", "high"):
+            path = bpy.utils.preset_find(quality, f"gi_bake/{method}")
+            done = bpy.ops.script.execute_preset(filepath=path, menu_idname=f"GI_PT_{method}_presets")
+            assert done == {"FINISHED"}
+            found.append(asked.settings(bpy.context.scene, method))
+        assert len(set(found)) == 3
+    assert [s.samples for s in found] == sorted(s.samples for s in found)
+
+
+def test_a_users_preset_comes_back(gi):
+    group = bpy.context.scene.gi_bake
+    group.samples, group.rsm.pattern = 123, "DISK"
+    assert bpy.ops.gi.rsm_preset_add(name="Mine of test") == {"FINISHED"}
+    path = bpy.utils.preset_find("Mine_of_test", "gi_bake/rsm")
+    group.samples, group.rsm.pattern = 1, "ALL"
+    bpy.ops.script.execute_preset(filepath=path, menu_idname="GI_PT_rsm_presets")
+    assert (group.samples, group.rsm.pattern) == (123, "DISK")
+    bpy.ops.gi.rsm_preset_add(name="Mine_of_test", remove_name=True)
+    assert not bpy.utils.preset_find("Mine_of_test", "gi_bake/rsm")
+
+
+def test_the_cache_is_counted_and_cleared(gi):
+    preferences = gi("addon.preferences")
+    bpy.ops.gi.bake(target="IMAGE")  # which leaves its time there
+    assert preferences.cache_size() > 0
+    timing = gi("addon.timing")
+    assert timing.expected(bpy.context.scene, bpy.context.view_layer) > 0
+    assert bpy.ops.gi.clear_cache() == {"FINISHED"}
+    assert preferences.cache_size() == 0 and not bpy.ops.gi.clear_cache.poll()
+
+
+def test_threads_change_no_result(gi):
+    preferences, tiles = gi("addon.preferences"), gi("gi_core.tiles")
+    found = []
+    for threads in (1, 3):
+        preferences.preferences().threads = threads
+        assert tiles._threads == [threads]
+        bpy.ops.gi.bake(target="IMAGE")
+        found.append(np.array(bpy.data.images["Scene GI"].pixels[:]))
+    preferences.preferences().threads = 0
+    assert np.array_equal(*found)
+
+
+def test_several_scenes_and_view_layers_keep_to_themselves(gi):
+    first = bpy.context.scene
+    second = first.copy()
+    layer = second.view_layers.new("Floor only")
+    with bpy.context.temp_override(scene=second, view_layer=layer):
+        assert bpy.ops.gi.bake(target="IMAGE") == {"FINISHED"}
+    assert not first.gi_bake.results
+    [line] = second.gi_bake.results
+    assert line.view_layer == "Floor only" and line.name == second.name
