@@ -31,8 +31,8 @@ class ImageReader:
         image = node.image
         if image is None:
             raise ValueError(f"{reading.owner}: node '{node.name}' has no image: choose one or remove the node")
-        space = image.colorspace_settings.name
-        if not image.is_float and space not in {"sRGB", *_LINEAR_SPACES}:
+        if not is_known_space(image):
+            space = image.colorspace_settings.name
             reading.note(f"image '{image.name}' of colour space {space} is taken as sRGB")
         # Cycles multiplies colours by alpha, unless the node's alpha is used, or is no alpha but a channel of data.
         by_alpha = image.alpha_mode == "STRAIGHT" and not node.outputs[-1].is_linked
@@ -45,6 +45,11 @@ class ImageReader:
                 self._pixels[key[:2]] = pixels
             self._textures[key] = Texture(image.name, self._pixels[key[:2]], extension, interpolation)
         return self._textures[key]
+
+
+def is_known_space(image: bpy.types.Image) -> bool:
+    """Whether the colours of an image are read as Cycles reads them."""
+    return image.is_float or image.colorspace_settings.name in {"sRGB", *_LINEAR_SPACES}
 
 
 def read_pixels(image: bpy.types.Image, by_alpha: bool) -> np.ndarray:

@@ -6,9 +6,9 @@ import bpy
 import numpy as np
 
 from ...gi_core.scene import MATTE, WHITE, Gloss, Material
-from .colors import constant
 from .images import ImageReader
 from .nodes import Reading, node_tree, output_feed
+from .sources import constant
 from .surfaces import Surface, read_surface, specular_share
 
 
