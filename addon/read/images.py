@@ -8,6 +8,7 @@ import bpy
 import numpy as np
 
 from ...gi_core.scene import Texture
+from ...gi_core.texture import srgb_to_linear
 
 if TYPE_CHECKING:
     from .nodes import Reading
@@ -41,9 +42,11 @@ class ImageReader:
         key = (image.original.as_pointer(), channels if channels == "ALPHA" else by_alpha, extension, interpolation)
         if key not in self._textures:
             if key[:2] not in self._pixels:
-                pixels = read_alpha(image.original) if channels == "ALPHA" else read_pixels(image.original, by_alpha)
-                self._pixels[key[:2]] = pixels
-            self._textures[key] = Texture(image.name, self._pixels[key[:2]], extension, interpolation)
+                alpha = channels == "ALPHA"
+                read = (read_alpha(image.original), None) if alpha else read_pixels(image.original, by_alpha)
+                self._pixels[key[:2]] = read
+            pixels, encoded = self._pixels[key[:2]]
+            self._textures[key] = Texture(image.name, pixels, extension, interpolation, encoded)
         return self._textures[key]
 
 
@@ -52,18 +55,20 @@ def is_known_space(image: bpy.types.Image) -> bool:
     return image.is_float or image.colorspace_settings.name in {"sRGB", *_LINEAR_SPACES}
 
 
-def read_pixels(image: bpy.types.Image, by_alpha: bool) -> np.ndarray:
-    """Scene-linear (h, w, 3) float32 of a `bpy.types.Image`, row 0 at the bottom, multiplied by alpha where asked.
+def read_pixels(image: bpy.types.Image, by_alpha: bool) -> tuple[np.ndarray, np.ndarray | None]:
+    """Scene-linear (h, w, 3) float32 of a `bpy.types.Image`, row 0 at the bottom, multiplied by alpha where asked, and
+    the sRGB bytes (h, w, 3) that they were decoded from, None where they were not.
 
     Raises ValueError where the image has no pixels.
     """
     pixels = _all_channels(image)
     color = pixels[..., :3] if image.channels >= 3 else np.repeat(pixels[..., :1], 3, axis=2)
     if image.is_float or image.colorspace_settings.name in _LINEAR_SPACES:
-        return np.ascontiguousarray(color)  # floats are scene-linear and multiplied by alpha since they were loaded
+        return np.ascontiguousarray(color), None  # floats are scene-linear and multiplied by alpha since they were loaded
     if by_alpha and image.channels == 4:
         color = color * pixels[..., 3:]  # before the transfer function is undone, as Cycles does
-    return _SRGB_TO_LINEAR[(color * 255 + 0.5).astype(np.uint8)]
+    encoded = (color * 255 + 0.5).astype(np.uint8)
+    return _SRGB_TO_LINEAR[encoded], encoded
 
 
 def read_alpha(image: bpy.types.Image) -> np.ndarray:
@@ -87,10 +92,5 @@ def _all_channels(image: bpy.types.Image) -> np.ndarray:
     return pixels
 
 
-def _srgb_to_linear(encoded: np.ndarray) -> np.ndarray:
-    """The sRGB transfer function (IEC 61966-2-1) undone."""
-    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
-
-
 # Of each value that a byte can have.
-_SRGB_TO_LINEAR = _srgb_to_linear(np.arange(256) / 255).astype(np.float32)
+_SRGB_TO_LINEAR = srgb_to_linear(np.arange(256) / 255).astype(np.float32)

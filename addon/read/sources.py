@@ -78,7 +78,7 @@ def _alike(colors: list[ColorSource]) -> bool:
 def _texel_by_texel(function: Callable[..., np.ndarray], colors: list[ColorSource]) -> ColorSource:
     texture, uv = next((color.texture, color.uv) for color in colors if color.texture)
     pixels = function(*(color.value * color.texture.pixels if color.texture else color.value for color in colors))
-    return ColorSource(WHITE.value, replace(texture, pixels=pixels.astype(np.float32)), uv)
+    return ColorSource(WHITE.value, replace(texture, encoded=None, pixels=pixels.astype(np.float32)), uv)
 
 
 def _mismatch(reading: Reading) -> None:
@@ -89,7 +89,7 @@ def _mismatch(reading: Reading) -> None:
 
 def grey(texture: Texture, values: np.ndarray) -> Texture:
     """`texture` with (h, w) `values` in all channels."""
-    return replace(texture, pixels=np.broadcast_to(values.astype(np.float32)[..., None], (*values.shape, 3)))
+    return replace(texture, encoded=None, pixels=np.broadcast_to(values.astype(np.float32)[..., None], (*values.shape, 3)))
 
 
 def text(value: np.ndarray) -> str:
