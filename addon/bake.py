@@ -30,9 +30,11 @@ from ..gi_core.tile_light import TileLight
 from ..gi_core.tiles import finish, named
 from ..gi_core.trace import Tracer
 from . import denoise, preflight
+from .read import with_bakes
 from .read.box import box_corners
 from .read.camera import read_cameras
 from .read.images import ImageReader
+from .read.surface_bakes import SurfaceBakes
 from .stages import Stages
 
 TARGETS = ("image", "lightmap", "vertices", "volume")
@@ -164,16 +166,19 @@ def bake(
 
     Raises Refused, before any work, where the preflight finds errors.
     """
-    stages = Stages()
+    stages, bakes = Stages(), SurfaceBakes()
     yield 0.0, "read"
     with stages.time("read"):
         findings, core = preflight.inspected(
             scene, view_layer, ImageReader(),
             target=job.target, objects=job.objects, uv=job.uv, output=output, denoise=job.settings.denoise,
-            glossy=job.settings.glossy,
+            glossy=job.settings.glossy, bakes=bakes,
         )  # fmt: skip
     if any(f.severity == "ERROR" for f in findings):
         raise Refused(findings)
+    if bakes.patches:
+        work = named("materials", with_bakes(core, scene, view_layer, bakes))
+        core = yield from stages.follow(work, 0, 0, {})
     with stages.time("read"):
         cameras = read_cameras(scene, view_layer, job.cameras) or [core.camera]
     if job.method == "ssgi" and cameras == [None]:

@@ -19,6 +19,7 @@ from . import denoise as denoiser
 from .read import read_scene
 from .read.images import ImageReader
 from .read.nodes import Reading
+from .read.surface_bakes import SurfaceBakes
 from .write import volumes
 from .write.attributes import AttributeTargetError, check_targets
 
@@ -64,6 +65,7 @@ def inspected(
     output: str | Path | None = None,
     denoise: str = "bilateral",
     glossy: bool = False,
+    bakes: SurfaceBakes | None = None,
 ) -> tuple[list[Finding], Scene]:
     """What stands in the way of a bake of `view_layer` of `scene`, errors first, and the scene as it was read.
 
@@ -73,6 +75,7 @@ def inspected(
     uv: name of the UV map that lightmaps lie on; "" for each mesh's active one.
     output: path of the folder for files; None where none are written.
     denoise: how noise is taken out, as in the settings. glossy: whether glossy surfaces are baked.
+    bakes: collects what of the materials is to be baked; nothing is baked here.
 
     The file is not changed. Raises RuntimeError where Blender cannot render now.
     """
@@ -98,7 +101,9 @@ def inspected(
         if target == "vertices":
             findings.extend(_check_vertices(core, scene, objects))
 
-    core = read_scene(scene, view_layer, checked, look, with_panorama=images is not None, glossy=glossy)
+    core = read_scene(
+        scene, view_layer, checked, look, with_panorama=images is not None, glossy=glossy, bakes=bakes
+    )
     return sorted(dict.fromkeys(findings), key=lambda finding: finding.severity), core
 
 

@@ -19,8 +19,8 @@ class Texture:
     pixels: (h, w, 3) float32, scene-linear, row 0 at the bottom.
     extension: what lies outside [0, 1]: "REPEAT", "EXTEND", "CLIP" (black) or "MIRROR".
     interpolation: "LINEAR" or "CLOSEST".
-    encoded: (h, w, 3) uint8, the sRGB values that `pixels` were decoded from; where they are given, it is these that are
-        interpolated, as Cycles does it.
+    encoded: (h, w, 3) uint8, the sRGB values that `pixels` were decoded from; where there are some, it is these that
+        are interpolated, as Cycles does it.
     """
 
     name: str

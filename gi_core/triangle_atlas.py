@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """An image in which each triangle of a mesh has texels of its own: what a function on the surface is sampled into.
 
-Two triangles share a cell, whose sides are powers of two: cells of such sizes fill rows without gaps, whatever the mesh.
-A triangle's corners lie on texel centres, so the image interpolates the samples along edges, and the few texels behind
-the longest edge that bilinear filtering reaches are continued from those before it. Nothing is ever read across from
-another triangle.
+Two triangles share a cell, whose sides are powers of two: cells of such sizes fill rows without gaps, whatever
+the mesh. A triangle's corners lie on texel centres, so the image interpolates the samples along edges, and the few
+texels behind the longest edge that bilinear filtering reaches are continued from those before it. Nothing is ever read
+across from another triangle.
 
 A cell of S × T texels holds triangles with legs of m = S − 3 and n = T − 3 texels: a triangle reaches texels with
 (i − 1)/m + (j − 1)/n < 1, its neighbour sits in the opposite corner, and (S − 1)/m + (T − 1)/n = 2 + 2/m + 2/n keeps

@@ -64,7 +64,8 @@ def read_pixels(image: bpy.types.Image, by_alpha: bool) -> tuple[np.ndarray, np.
     pixels = _all_channels(image)
     color = pixels[..., :3] if image.channels >= 3 else np.repeat(pixels[..., :1], 3, axis=2)
     if image.is_float or image.colorspace_settings.name in _LINEAR_SPACES:
-        return np.ascontiguousarray(color), None  # floats are scene-linear and multiplied by alpha since they were loaded
+        # Floats are scene-linear and multiplied by alpha since they were loaded.
+        return np.ascontiguousarray(color), None
     if by_alpha and image.channels == 4:
         color = color * pixels[..., 3:]  # before the transfer function is undone, as Cycles does
     encoded = (color * 255 + 0.5).astype(np.uint8)

@@ -89,7 +89,8 @@ def _mismatch(reading: Reading) -> None:
 
 def grey(texture: Texture, values: np.ndarray) -> Texture:
     """`texture` with (h, w) `values` in all channels."""
-    return replace(texture, encoded=None, pixels=np.broadcast_to(values.astype(np.float32)[..., None], (*values.shape, 3)))
+    pixels = np.broadcast_to(values.astype(np.float32)[..., None], (*values.shape, 3))
+    return replace(texture, encoded=None, pixels=pixels)
 
 
 def text(value: np.ndarray) -> str:

@@ -155,7 +155,7 @@ class SurfaceBakes:
                     if pixels is None:
                         studio = studio or gone.enter_context(_Studio(scene))
                         pixels = studio.baked(patch, expression, copy, atlases[where])
-                        self._cache.save(key, pixels)
+                        pixels = self._cache.save(key, pixels)
                         yield done / len(self.patches)
                     patch.textures[expression.key] = _source(expression.name, pixels, patch.uv)
         self._cache.trim()

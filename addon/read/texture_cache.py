@@ -18,16 +18,15 @@ _HALF = 65000.0
 
 
 def default_folder() -> Path:
-    """Where Blender keeps what it can make again, or else where the system does."""
+    """$GI_BAKE_CACHE, or where Blender keeps what it can make again, or else where the system does."""
+    if chosen := os.environ.get("GI_BAKE_CACHE"):
+        return Path(chosen)
     base = getattr(bpy.app, "cachedir", "") or tempfile.gettempdir()
     return Path(base) / "gi_bake" / "materials"
 
 
 class TextureCache:
-    """Arrays (h, w, 3) float32 in a folder, as half floats where they fit; None keeps nothing.
-
-    A folder that cannot be used is as good as an empty one.
-    """
+    """Arrays (h, w, 3) float32 in a folder, None for none. One that cannot be used is as good as an empty one."""
 
     def __init__(self, folder: Path | None):
         self._folder = folder
@@ -44,16 +43,20 @@ class TextureCache:
             return None
         return pixels.astype(np.float32) if pixels.ndim == 3 else None
 
-    def save(self, key: str, pixels: np.ndarray) -> None:
-        """Keeps an array."""
-        if self._folder is None:
-            return
+    def save(self, key: str, pixels: np.ndarray) -> np.ndarray:
+        """Keeps an array, and returns it as it will be loaded, folder or not: half floats have to do where they can."""
+        kept = pixels.astype(np.float16) if np.abs(pixels).max(initial=0) < _HALF else pixels
+        if self._folder is not None:
+            self._write(key, kept)
+        return kept.astype(np.float32)
+
+    def _write(self, key: str, pixels: np.ndarray) -> None:
         part = self._folder / f".{key}.{os.getpid()}.part"
         with contextlib.suppress(OSError):
             self._folder.mkdir(parents=True, exist_ok=True)
             try:
                 with part.open("wb") as out:
-                    np.save(out, pixels.astype(np.float16) if np.abs(pixels).max(initial=0) < _HALF else pixels)
+                    np.save(out, pixels)
                 part.replace(self._folder / f"{key}.npy")
             finally:
                 part.unlink(missing_ok=True)

@@ -19,7 +19,7 @@ def soup(count, seed=0):
 
 
 def sampled(atlas, values):
-    """A linear function of corner `values` (t, 3, 3) rasterised at texel centres, as a renderer would; NaN elsewhere."""
+    """A linear function of corner `values` (t, 3, 3) at texel centres, as a renderer rasterises it; NaN elsewhere."""
     texels = covered_texels(atlas.sampled, (atlas.width, atlas.height))
     image = np.full((atlas.height * atlas.width, 3), np.nan)
     rows = texels.place[texels.centred]
