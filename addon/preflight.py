@@ -17,7 +17,7 @@ import numpy as np
 from ..gi_core.scene import Camera, Mesh, Scene, Texture
 from . import denoise as denoiser
 from .read import read_scene
-from .read.images import ImageReader
+from .read.images import ImageReader, is_there
 from .read.nodes import Reading
 from .read.surface_bakes import SurfaceBakes
 from .write import volumes
@@ -165,7 +165,7 @@ class _CheckedImages:
         if image is None:
             message = f"{reading.owner}: its image node '{node.name}' has no image."
             self.findings.append(_error("MISSING_IMAGE", node.name, message, "Choose an image or remove the node."))
-        elif not image.original.size[0]:  # the original keeps what is loaded to answer this
+        elif not is_there(node):
             message = f"{reading.owner}: image '{image.name}' cannot be read from '{image.filepath}'."
             self.findings.append(_error("MISSING_IMAGE", image.name, message, "Relink the file or pack it."))
         elif self._reader:

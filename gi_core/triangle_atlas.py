@@ -40,17 +40,23 @@ class TriangleAtlas:
     _cells: "_Cells"
 
     def complete(self, pixels: np.ndarray) -> None:
-        """Continues (height, width, c) samples, in place, to the texels behind the longest edges."""
+        """Continues (height, width, c) samples, in place, to the texels behind the longest edges; what no triangle
+        reaches becomes their mean."""
+        reached = np.zeros(pixels.shape[:2], bool)
         for where, m, n, flipped in self._cells.alike():
             # Views of the texels as the triangle counts them: [triangle, j, i].
             step = np.where(flipped, -1, 1)
             x, y = where[:, :1] + step[:, None] * np.arange(m + 1), where[:, 1:] + step[:, None] * np.arange(n + 1)
+            reached[y[:, :1], x] = True
             for j in range(1, n + 1):
                 last, before = m * (n - j) // n, m * (n - j + 1) // n
                 beyond = np.arange(last + 1, min(before + 1, m) + 1)
                 row, below = y[:, j, None], y[:, j - 1, None]
                 slope = pixels[below, x[:, beyond]] - pixels[below, x[:, last, None]]
                 pixels[row, x[:, beyond]] = pixels[row, x[:, last, None]] + slope
+                reached[row, x[:, : beyond[-1] + 1]] = True
+        if reached.any():
+            pixels[~reached] = pixels[reached].mean(0, dtype=np.float64)
 
 
 def triangle_atlas(corners: np.ndarray, kept: np.ndarray, texels: int) -> TriangleAtlas:

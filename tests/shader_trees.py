@@ -2,10 +2,17 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Tiny scenes for shaders: squares, lamps and trees of nodes in a line or two, and what Cycles makes of them."""
 
+from dataclasses import replace
+
 import bpy
 import numpy as np
 import OpenEXR
-from gi_bake.addon.read import read_scene
+from gi_bake.addon.read import read_scene, with_bakes
+from gi_bake.addon.read.surface_bakes import SurfaceBakes
+from gi_bake.gi_core.geometry import Geometry
+from gi_bake.gi_core.surfels import camera_rays
+from gi_bake.gi_core.tiles import finish
+from gi_bake.gi_core.trace import Tracer
 
 
 def read():
@@ -115,3 +122,22 @@ def lamp(kind, name="lamp", scale=(1, 1, 1), **attributes):
 def brightness(tmp_path):
     """Of a small white square at the origin, at right angles to where lamps are: (3,)."""
     return render(tmp_path, 8, 8, samples=32)["Combined"].mean((0, 1))
+
+
+def read_baked(bakes=None):
+    """What is in the file, with what only Cycles can tell; nothing is kept on disk."""
+    bakes = bakes or SurfaceBakes(None)
+    scene, view_layer = bpy.context.scene, bpy.context.view_layer
+    return finish(with_bakes(read_scene(scene, view_layer, bakes=bakes), scene, view_layer, bakes))
+
+
+def color_errors(core, shown, source, factor=1.0):
+    """Object's name -> how far a property of surfaces is from an image (h, w, 3), in each of its pixels [1/255]."""
+    geometry = Geometry(core)
+    camera = replace(core.camera, resolution=shown.shape[1::-1])
+    hits = Tracer(geometry).closest(*camera_rays(camera))
+    hit = np.flatnonzero(hits.triangle >= 0)
+    ours = geometry.color(source, hits.triangle[hit], hits.weights[hit]) * factor
+    error = np.abs(ours - shown.reshape(-1, 3)[hit]).max(-1) * 255
+    names = np.array([instance.name for instance in core.instances])[geometry.instance[hits.triangle[hit]]]
+    return {name: error[names == name] for name in np.unique(names).tolist()}

@@ -15,13 +15,15 @@ def baked(source: Feed, reading: Reading) -> ColorSource | None:
 
     In a first reading the texture is one texel, the best constant, which stands for the one that is to come.
     """
-    if reading.wanted is None:
+    if reading.wanted is None or source.node is None:
         return None
     key = key_of(source)
+    if reading.baked is not None and key not in reading.baked:
+        return None
     if key not in reading.wanted:
         reading.wanted[key] = expression(source, reading)
     found = reading.wanted[key]
-    if found is None or (reading.baked is not None and key not in reading.baked):
+    if found is None:
         return None
     for text in found.notes:
         reading.note(text)

@@ -14,10 +14,11 @@ from .sources import constant, product, text
 
 def read_color(source: Feed, reading: Reading, what: str) -> ColorSource:
     """A `Feed` as a `ColorSource`; what is not exact is noted, `what` naming the quantity."""
-    color = _exact(source, reading, what)
-    if color is not None:
-        return color
-    color = baked(source, reading)
+    color = baked(source, reading) if reading.baked else None
+    if color is None:
+        color = _exact(source, reading, what)
+    if color is None:
+        color = baked(source, reading)
     if color is not None:
         return color
     value, doubt = estimate(source, reading)

@@ -22,7 +22,7 @@ _BINARY = {
 
 def read_factor(source: Feed, reading: Reading, what: str, highest: float = 1.0) -> ColorSource:
     """A `Feed` as a grey `ColorSource` of 0…`highest`; what is not exact is noted, `what` naming the quantity."""
-    found = _pixels(source, reading) or _baked(source, reading)
+    found = (reading.baked and _baked(source, reading)) or _pixels(source, reading) or _baked(source, reading)
     if found is None:
         return constant(np.clip(read_number(source, reading, what), 0, highest))
     values, texture, uv = found
@@ -35,7 +35,9 @@ def read_factor(source: Feed, reading: Reading, what: str, highest: float = 1.0)
 
 def _baked(source: Feed, reading: Reading) -> tuple[float | np.ndarray, Texture | None, str] | None:
     """As `_pixels`, of what only Cycles can tell."""
-    if not estimate(source, reading)[1] or (color := baked(source, reading)) is None:
+    if source.node is None or (not reading.baked and not estimate(source, reading)[1]):
+        return None
+    if (color := baked(source, reading)) is None:
         return None
     weights = (LUMINANCE if source.socket.type == "RGBA" else np.full(3, 1 / 3)).astype(np.float32)
     values = color.texture.pixels * color.value if color.texture else color.value

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Images: a Blender image as scene-linear pixels, each read once."""
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import bpy
@@ -15,6 +16,9 @@ if TYPE_CHECKING:
 
 # Colour spaces of byte images whose values need no conversion.
 _LINEAR_SPACES = {"Non-Color", "Generic Data", "Raw", "Linear", "Linear Rec.709", "scene_linear"}
+
+# Sources of images that change with time.
+_MOVING = {"SEQUENCE", "MOVIE"}
 
 
 class ImageReader:
@@ -35,6 +39,10 @@ class ImageReader:
         if not is_known_space(image):
             space = image.colorspace_settings.name
             reading.note(f"image '{image.name}' of colour space {space} is taken as sRGB")
+        if not is_there(node):
+            raise ValueError(f"Image '{image.name}' cannot be read from '{image.filepath}': relink or pack it")
+        if image.source in _MOVING:  # only what renders shows the frame of the current time
+            return Texture(image.name, np.full((1, 1, 3), 0.5, np.float32))
         # Cycles multiplies colours by alpha, unless the node's alpha is used, or is no alpha but a channel of data.
         by_alpha = image.alpha_mode == "STRAIGHT" and not node.outputs[-1].is_linked
         extension = getattr(node, "extension", "REPEAT")
@@ -48,6 +56,14 @@ class ImageReader:
             pixels, encoded = self._pixels[key[:2]]
             self._textures[key] = Texture(image.name, pixels, extension, interpolation, encoded)
         return self._textures[key]
+
+
+def is_there(node: bpy.types.Node) -> bool:
+    """Whether what the image of an evaluated node is read from is there."""
+    image = node.image.original  # it keeps what is loaded to answer this
+    if image.source in _MOVING and not image.packed_files:
+        return Path(bpy.path.abspath(image.filepath_from_user(image_user=node.image_user))).is_file()
+    return bool(image.size[0])
 
 
 def is_known_space(image: bpy.types.Image) -> bool:

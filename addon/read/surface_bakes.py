@@ -21,6 +21,7 @@ from ...gi_core.scene import ColorSource, Mesh, Texture
 from ...gi_core.triangle_atlas import TriangleAtlas, triangle_atlas
 from .expression import Expression, Key
 from .mesh_copies import MeshCopy
+from .places import Place
 from .socket_materials import socket_material
 from .sources import constant
 from .texture_cache import TextureCache, default_folder
@@ -39,31 +40,6 @@ _OBJECTS = 256
 
 # Changes whenever the same input gives other textures.
 _VERSION = 1
-
-
-@dataclass(frozen=True)
-class Place:
-    """What materials may know of an object. random: its random number, 0…1. properties: its own, by name."""
-
-    name: str
-    matrix: np.ndarray
-    color: tuple[float, ...]
-    pass_index: int
-    random: float
-    properties: dict[str, object]
-
-    @staticmethod
-    def of(entry: bpy.types.DepsgraphObjectInstance) -> "Place":
-        source = entry.object
-        properties = {k: source[k] for k in source.keys() if isinstance(source[k], (int, float))}
-        properties |= {k: tuple(source[k]) for k in source.keys() if hasattr(source[k], "to_list")}
-        random = (entry.random_id & 0xFFFFFFFF) / 0xFFFFFFFF
-        matrix = np.array(entry.matrix_world, np.float64)
-        return Place(source.name, matrix, tuple(source.color), source.pass_index, random, properties)
-
-    @property
-    def signature(self) -> bytes:
-        return repr((self.matrix.tolist(), self.color, self.pass_index, self.random, self.properties)).encode()
 
 
 @dataclass

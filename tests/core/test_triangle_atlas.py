@@ -35,15 +35,14 @@ def test_a_linear_function_comes_back(texels):
     values = np.random.default_rng(1).random((500, 3, 3))
     atlas = triangle_atlas(corners, np.ones(500, bool), texels)
     image = sampled(atlas, values)
-    unset = np.isnan(image)
-    image[unset] = 0
     atlas.complete(image)
+    assert np.isfinite(image).all()
     weights = np.random.default_rng(2).dirichlet((0.5, 0.5, 0.5), (20, 500))
     for some in (*weights, np.broadcast_to(np.eye(3)[0], (500, 3)), np.broadcast_to((0, 0.5, 0.5), (500, 3))):
         uv = np.einsum("nk,nkc->nc", some, atlas.uvs)
         found = sample(Texture("", image.astype(np.float32), "EXTEND"), uv)
         error = np.abs(found - np.einsum("nk,nkc->nc", some, values))
-        assert error.max() < 0.02 and error.mean() < 2e-3
+        assert error.max() < 0.02 and error.mean() < 4e-3
 
 
 def test_the_image_is_as_large_as_asked():
