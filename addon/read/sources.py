@@ -30,7 +30,7 @@ def product(a: ColorSource, b: ColorSource, reading: Reading, what: str) -> Colo
     """a · b; of images that do not lie alike the second's mean is taken, and noted."""
     if a.texture is None or b.texture is None:
         return scaled(b, a.value) if a.texture is None else scaled(a, b.value)
-    if not _alike([a, b]):
+    if not are_alike([a, b]):
         _mismatch(reading)
         reading.note(f"{what}, a product of two images, is taken with the second one's mean")
         return scaled(a, mean(b))
@@ -44,7 +44,7 @@ def total(colors: list[ColorSource], reading: Reading, what: str) -> ColorSource
         return constant(0.0)
     if len({(id(color.texture), color.uv) for color in colors}) == 1:
         return ColorSource(sum(color.value for color in colors), colors[0].texture, colors[0].uv)
-    if _alike(colors):
+    if are_alike(colors):
         return _texel_by_texel(lambda *values: sum(values), colors)
     _mismatch(reading)
     value = sum(mean(color) for color in colors)
@@ -67,12 +67,13 @@ def applied(function: Callable[[np.ndarray], np.ndarray], a: ColorSource) -> Col
     return constant(function(a.value)) if a.texture is None else _texel_by_texel(function, [a])
 
 
-def _alike(colors: list[ColorSource]) -> bool:
-    """Whether the textures have their texels in the same places. Beyond one that is clipped it is black."""
+def are_alike(colors: list[ColorSource]) -> bool:
+    """Whether what textures there are have their texels in the same places."""
     textures = [color.texture for color in colors if color.texture]
     kinds = {(t.pixels.shape, t.extension, t.interpolation) for t in textures}
     places = {color.uv for color in colors if color.texture}
-    return len(places) == 1 and len(kinds) == 1 and textures[0].extension != "CLIP"
+    # Beyond one that is clipped it is black, which is not what would be made of black.
+    return len(places) <= 1 and len(kinds) <= 1 and not any(t.extension == "CLIP" for t in textures)
 
 
 def _texel_by_texel(function: Callable[..., np.ndarray], colors: list[ColorSource]) -> ColorSource:

@@ -13,13 +13,14 @@ from .colors import read_color, read_number
 from .factors import read_factor
 from .gloss import gloss_sum, glossy_bsdf, principled_gloss, specular_ior
 from .nodes import Feed, Reading, set_value
-from .sources import complement, constant, mean, product, quotient, scaled, total
+from .sources import applied, are_alike, complement, constant, mean, product, quotient, total
 
 # Without `glossy`, and with it.
 _GLOSS_NOTES = (
     "Reflections in glossy surfaces are not baked; they light other surfaces as if they were diffuse.",
     "What glossy surfaces reflect lights other surfaces as if it were diffuse.",
 )
+_VIEW_NOTE = "What a Principled BSDF reflects diffusely depends on the view; its mean over all views is taken."
 
 
 @dataclass(frozen=True)
@@ -92,19 +93,30 @@ def _principled(source: Feed, reading: Reading) -> Surface:
     albedo = gloss_albedo = BLACK
     if dull.value.any() or metal.value.any():
         reading.note_once(_GLOSS_NOTES[reading.glossy])
-        roughness = source.input("Roughness")  # it matters too little to read an image for it
-        specular = specular_share(
-            number("IOR"), number("Specular IOR Level"), 0.5 if roughness.node else set_value(roughness.socket)[0]
-        )
         base = read_color(source.input("Base Color"), reading, "the base colour")
-        albedo = scaled(product(base, dull, reading, "the base colour"), 1 - specular)
+        specular = _specular(source, base, number("IOR"), number("Specular IOR Level"), reading)
+        through = product(dull, complement(specular), reading, "what is neither metal nor glass")
+        albedo = product(base, through, reading, "the base colour")
         metallic = product(base, metal, reading, "the base colour")
-        gloss_albedo = total([metallic, scaled(dull, specular)], reading, "what it reflects")
+        mirrored = product(dull, specular, reading, "what is neither metal nor glass")
+        gloss_albedo = total([metallic, mirrored], reading, "what it reflects")
     emission = BLACK
     if source.input("Emission Strength").node or number("Emission Strength") > 0:
         emission = _emission(source, "Emission Color", "Emission Strength", reading)
     gloss = principled_gloss(source, reading) if reading.glossy else MATTE
     return Surface(albedo, emission, read_factor(source.input("Alpha"), reading, "its alpha"), gloss, gloss_albedo)
+
+
+def _specular(source: Feed, base: ColorSource, ior: float, level: float, reading: Reading) -> ColorSource:
+    """The `specular_share` of a Principled BSDF, everywhere."""
+    if specular_ior(ior, level) == 1:
+        return BLACK
+    reading.note_once(_VIEW_NOTE)
+    roughness = read_factor(source.input("Roughness"), reading, "its roughness")
+    if not are_alike([base, roughness]):  # it matters too little to bring a base colour to where it lies
+        reading.note("its roughness, an image of its own, is taken as its mean for what the base colour is dimmed by")
+        roughness = constant(mean(roughness))
+    return applied(lambda values: specular_share(ior, level, values), roughness)
 
 
 def _emission(source: Feed, color: str, strength: str, reading: Reading) -> ColorSource:
@@ -125,7 +137,7 @@ def _note_shape(source: Feed, roughness: str, reading: Reading) -> None:
         reading.note("the roughness of its diffuse part is left out")
 
 
-def specular_share(ior: float = 1.5, level: float = 0.5, roughness: float = 0.5) -> float:
+def specular_share(ior: float = 1.5, level: float = 0.5, roughness: float | np.ndarray = 0.5) -> float | np.ndarray:
     """Share of the light that the specular layer of a Principled BSDF takes from the diffuse one below.
 
     In Cycles it depends on the view. This is its mean over a cosine-weighted hemisphere, where light that bounces goes:
@@ -133,7 +145,7 @@ def specular_share(ior: float = 1.5, level: float = 0.5, roughness: float = 0.5)
     met within 0.015 for IOR 1.1 to 2.
     """
     ior = specular_ior(ior, level)
-    return float(fresnel_mean(ior) / (1 + 4.4 / ior * roughness**2.6))
+    return fresnel_mean(ior) / (1 + 4.4 / ior * roughness**2.6)
 
 
 def _mix(source: Feed, reading: Reading) -> Surface:

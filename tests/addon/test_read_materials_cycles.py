@@ -151,6 +151,7 @@ def test_plain_materials(tmp_path, images):
     assert not wrong, "\n".join(map(str, wrong))
     assert scene.approximated == (
         "Reflections in glossy surfaces are not baked; they light other surfaces as if they were diffuse.",
+        "What a Principled BSDF reflects diffusely depends on the view; its mean over all views is taken.",
     )
 
 
