@@ -58,10 +58,6 @@ class Patch:
     def uv(self) -> str:
         return "gi_bake." + ".".join(map(str, self.slots))
 
-    @property
-    def of_object(self) -> bool:
-        return any(e.of_object or e.random for e in self.expressions)
-
 
 class SurfaceBakes:
     """The textures that the materials of one scene want.
@@ -76,8 +72,7 @@ class SurfaceBakes:
         self.notes: list[str] = []
         self._cache = TextureCache(default_folder() if folder == "default" else folder)
         self._meshes: dict[int, MeshCopy] = {}
-        self._known: dict[tuple, list[Patch]] = {}
-        self._turns: dict[tuple, int] = {}
+        self._known: dict[tuple, dict[bytes, Patch]] = {}
 
     def want(
         self,
@@ -90,20 +85,23 @@ class SurfaceBakes:
     ) -> Patch:
         """The patch of an evaluated material on slots of an instance of a mesh."""
         key = material.original.as_pointer(), index, slots
-        alike = self._known.setdefault(key, [])
-        made = Patch(material.original, expressions, index, slots, Place.of(entry))
-        for patch in alike:
-            if not made.of_object or patch.place.signature == made.place.signature:
-                return patch
-        if len(alike) == _OBJECTS:
-            self._turns[key] = turn = self._turns.get(key, 0) + 1
-            alike[0].note = f"objects that share a mesh differ in it; all but {_OBJECTS} are taken as one of those"
-            return alike[turn % _OBJECTS]
-        if index not in self._meshes:
-            self._meshes[index] = MeshCopy.of(entry.object, mesh)
-        alike.append(made)
-        self.patches.append(made)
-        return made
+        alike = self._known.setdefault(key, {})
+        differs = any(e.of_object or e.random for e in expressions)
+        if alike and not differs:
+            return alike[b""]
+        place = Place.of(entry)
+        own = place.signature if differs else b""
+        if own not in alike:
+            if len(alike) < _OBJECTS:
+                alike[own] = Patch(material.original, expressions, index, slots, place)
+                self.patches.append(alike[own])
+                if index not in self._meshes:
+                    self._meshes[index] = MeshCopy.of(entry.object, mesh)
+            else:
+                patches = list(alike.values())[:_OBJECTS]
+                patches[0].note = f"objects of one mesh differ in it; all but {_OBJECTS} are taken as one of those"
+                alike[own] = patches[len(alike) % _OBJECTS]
+        return alike[own]
 
     def bake(self, scene: bpy.types.Scene) -> Iterator[float]:
         """Makes the textures. A generator of progress; returns mesh index -> its UV maps with those for textures.
