@@ -23,7 +23,8 @@ from ..gi_core.geometry import Geometry
 from ..gi_core.tiles import finish
 from ..gi_core.trace import Tracer
 from .bake import Job, bake, camera_at
-from .read import read_scene
+from .read import read_scene, with_bakes
+from .read.surface_bakes import SurfaceBakes
 
 JOURNAL = "frames.json"
 
@@ -144,6 +145,7 @@ def _restored(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, job: Job,
     with np.load(file) as arrays:
         if not arrays.files:
             return None
-        core = read_scene(scene, view_layer)
+        bakes = SurfaceBakes()
+        core = finish(with_bakes(read_scene(scene, view_layer, bakes=bakes), scene, view_layer, bakes))
         camera = camera_at(core.camera, job.resolution)
         return finish(ssgi.restored(Tracer(Geometry(core)), camera, job.settings, arrays))

@@ -33,9 +33,11 @@ from ..gi_core.tile_light import TileLight
 from ..gi_core.tiles import finish, named, slices
 from ..gi_core.trace import Tracer
 from . import denoise, gpu_context, layout, preflight, rebake
+from .read import with_bakes
 from .read.box import box_corners
 from .read.camera import read_cameras
 from .read.images import ImageReader
+from .read.surface_bakes import SurfaceBakes
 from .stages import Stages
 from .write import lightmap_uvs
 
@@ -48,7 +50,7 @@ _MAPS, _TILES = 0.1, 0.9
 _GUIDES = 1 << 14
 
 # Stages whose steps touch Blender, which allows that on its main thread only; the others may run on any.
-ON_MAIN_THREAD = frozenset({"unwrap", "read", "layout", "oidn"})
+ON_MAIN_THREAD = frozenset({"unwrap", "read", "materials", "layout", "oidn"})
 
 
 class NotThere(ValueError):
@@ -190,7 +192,7 @@ def bake(
 
     Raises Refused, before any work, where the preflight finds errors.
     """
-    stages = Stages()
+    stages, bakes = Stages(), SurfaceBakes()
     yield 0.0, "unwrap"
     with stages.time("unwrap"):
         made = missing_uvs(scene, view_layer, job)
@@ -199,10 +201,13 @@ def bake(
         findings, core = preflight.inspected(
             scene, view_layer, ImageReader(),
             target=job.target, objects=job.objects, uv=job.uv, output=output, denoise=job.settings.denoise,
-            glossy=job.settings.glossy,
+            glossy=job.settings.glossy, bakes=bakes,
         )  # fmt: skip
     if any(f.severity == "ERROR" for f in findings):
         raise Refused(findings)
+    if bakes.patches:
+        work = named("materials", with_bakes(core, scene, view_layer, bakes))
+        core = yield from stages.follow(work, 0, 0, {})
     with stages.time("read"):
         cameras = read_cameras(scene, view_layer, job.cameras) or [core.camera]
     if job.method == "ssgi" and cameras == [None]:

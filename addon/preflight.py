@@ -18,8 +18,9 @@ from ..gi_core.scene import Camera, Mesh, Scene, Texture
 from ..gi_core.texels import outside, overlap
 from . import denoise as denoiser
 from .read import read_scene
-from .read.images import ImageReader
+from .read.images import ImageReader, is_there
 from .read.nodes import Reading
+from .read.surface_bakes import SurfaceBakes
 from .write import lightmap_uvs, volumes
 from .write.attributes import AttributeTargetError, check_targets
 
@@ -62,6 +63,7 @@ def inspected(
     output: str | Path | None = None,
     denoise: str = "bilateral",
     glossy: bool = False,
+    bakes: SurfaceBakes | None = None,
 ) -> tuple[list[Finding], Scene]:
     """What stands in the way of a bake of `view_layer` of `scene`, errors first, and the scene as it was read.
 
@@ -71,6 +73,7 @@ def inspected(
     uv: name of the UV map that lightmaps lie on; "" for each mesh's active one.
     output: path of the folder for files; None where none are written.
     denoise: how noise is taken out, as in the settings. glossy: whether glossy surfaces are baked.
+    bakes: collects what of the materials is to be baked; nothing is baked here.
 
     The file is not changed. Raises RuntimeError where Blender cannot render now.
     """
@@ -96,7 +99,9 @@ def inspected(
         if target == "vertices":
             findings.extend(_check_vertices(core, scene, objects))
 
-    core = read_scene(scene, view_layer, checked, look, with_panorama=images is not None, glossy=glossy)
+    core = read_scene(
+        scene, view_layer, checked, look, with_panorama=images is not None, glossy=glossy, bakes=bakes
+    )
     return sorted(dict.fromkeys(findings), key=lambda finding: finding.severity), core
 
 
@@ -158,7 +163,7 @@ class _CheckedImages:
         if image is None:
             message = f"{reading.owner}: its image node '{node.name}' has no image."
             self.findings.append(_error("MISSING_IMAGE", node.name, message, "Choose an image or remove the node."))
-        elif not image.original.size[0]:  # the original keeps what is loaded to answer this
+        elif not is_there(node):
             message = f"{reading.owner}: image '{image.name}' cannot be read from '{image.filepath}'."
             self.findings.append(_error("MISSING_IMAGE", image.name, message, "Relink the file or pack it."))
         elif self._reader:

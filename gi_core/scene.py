@@ -22,12 +22,15 @@ class Texture:
     pixels: (h, w, 3) float32, scene-linear, row 0 at the bottom.
     extension: what lies outside [0, 1]: "REPEAT", "EXTEND", "CLIP" (black) or "MIRROR".
     interpolation: "LINEAR" or "CLOSEST".
+    encoded: (h, w, 3) uint8, the sRGB values that `pixels` were decoded from; where there are some, it is these that
+        are interpolated, as Cycles does it.
     """
 
     name: str
     pixels: np.ndarray
     extension: str = "REPEAT"
     interpolation: str = "LINEAR"
+    encoded: np.ndarray | None = None
 
 
 @dataclass(frozen=True)

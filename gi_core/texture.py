@@ -16,6 +16,11 @@ def _wrap(i: np.ndarray, n: int, extension: str) -> np.ndarray:
     return np.clip(i, 0, n - 1)
 
 
+def srgb_to_linear(encoded: np.ndarray) -> np.ndarray:
+    """The sRGB transfer function (IEC 61966-2-1) undone."""
+    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+
+
 def sample(texture: Texture, uv: np.ndarray) -> np.ndarray:
     """The texture's colour at each coordinate: (n, 2) -> (n, 3) float32, filtered as its `interpolation` says."""
     h, w, _ = texture.pixels.shape
@@ -29,9 +34,12 @@ def sample(texture: Texture, uv: np.ndarray) -> np.ndarray:
         fx, fy = (x - x0)[:, None].astype(np.float32), (y - y0)[:, None].astype(np.float32)
         xs = [_wrap(x0 + i, w, texture.extension) for i in (0, 1)]
         ys = [_wrap(y0 + i, h, texture.extension) for i in (0, 1)]
-        low = texture.pixels[ys[0], xs[0]] * (1 - fx) + texture.pixels[ys[0], xs[1]] * fx
-        high = texture.pixels[ys[1], xs[0]] * (1 - fx) + texture.pixels[ys[1], xs[1]] * fx
+        pixels = texture.pixels if texture.encoded is None else texture.encoded
+        low = pixels[ys[0], xs[0]] * (1 - fx) + pixels[ys[0], xs[1]] * fx
+        high = pixels[ys[1], xs[0]] * (1 - fx) + pixels[ys[1], xs[1]] * fx
         color = low * (1 - fy) + high * fy
+        if texture.encoded is not None:
+            color = srgb_to_linear(color / 255)
     if texture.extension == "CLIP":
         color = np.where(np.all((uv >= 0) & (uv <= 1), -1, keepdims=True), color, 0)
     return color.astype(np.float32)

@@ -1,6 +1,9 @@
 # SPDX-FileCopyrightText: 2026 GI Bake authors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Small images made by formula and packed into the file."""
+"""Small images made by formula and packed into the file, but for a sequence, which cannot be: it lies beside it."""
+
+import tempfile
+from pathlib import Path
 
 import bpy
 import numpy as np
@@ -41,6 +44,45 @@ def dents():
     normal = np.concatenate([slope, np.ones((SIZE, SIZE, 1))], axis=2)
     normal /= np.linalg.norm(normal, axis=2, keepdims=True)
     return _packed("Dents", normal / 2 + 0.5, data=True)
+
+
+def two_tiles():
+    """Rings on two UDIM tiles, each of its own colour; sRGB."""
+    x, y = _pixels()
+    rings = np.cos(np.hypot(x - SIZE / 2, y - SIZE / 2) / 2)[..., None]
+    with tempfile.TemporaryDirectory() as folder:
+        for number, color in ((1001, (0.7, 0.45, 0.2)), (1002, (0.2, 0.55, 0.6))):
+            _saved(Path(folder) / f"Two tiles.{number}.png", np.array(color) + 0.2 * rings)
+        image = bpy.data.images.load(str(Path(folder) / "Two tiles.1001.png"))
+        image.source = "TILED"
+        image.filepath = str(Path(folder) / "Two tiles.<UDIM>.png")
+        image.tiles.new(1002)
+        image.pack()
+    for file, number in zip(image.packed_files, (1001, 1002)):
+        file.filepath = f"//Two tiles.{number}.png"
+    image.name, image.filepath = "Two tiles", "//Two tiles.<UDIM>.png"
+    return image
+
+
+def frames():
+    """Three frames of a bar that moves, in files; sRGB."""
+    x, _ = _pixels()
+    folder = Path(__file__).resolve().parent / "frames"
+    folder.mkdir(exist_ok=True)
+    for frame in (1, 2, 3):
+        bar = np.abs(x - SIZE * frame / 4) < 6
+        _saved(folder / f"bar.{frame}.png", np.where(bar[..., None], (0.85, 0.3, 0.15), (0.3, 0.35, 0.4)))
+    image = bpy.data.images.load(str(folder / "bar.1.png"))
+    image.name, image.source, image.filepath = "Bar", "SEQUENCE", "//frames/bar.1.png"
+    return image
+
+
+def _saved(path, rgb):
+    image = bpy.data.images.new("saved", SIZE, SIZE)
+    image.pixels.foreach_set(np.concatenate([rgb, np.ones((SIZE, SIZE, 1))], axis=2).astype(np.float32).ravel())
+    image.filepath_raw, image.file_format = str(path), "PNG"
+    image.save()
+    bpy.data.images.remove(image)
 
 
 def _pixels():

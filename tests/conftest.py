@@ -26,6 +26,7 @@ else:
 def pytest_configure(config):
     # Blender keeps a cache of extensions among the user's settings; bpy reads the variable when it is imported.
     config.blender_user_resources = os.environ["BLENDER_USER_RESOURCES"] = tempfile.mkdtemp(prefix="gi_bake_tests_")
+    os.environ["GI_BAKE_CACHE"] = str(Path(config.blender_user_resources) / "gi_bake")
 
 
 def pytest_sessionstart(session):

@@ -5,39 +5,29 @@
 import numpy as np
 
 from ...gi_core.scene import ColorSource
+from .baked import baked
 from .constants import LUMINANCE, MIXES, estimate, is_color_mix, mix_inputs
+from .images import is_known_space
 from .nodes import Feed, Reading, feed, set_value
-
-
-def constant(value: float | np.ndarray) -> ColorSource:
-    """A `ColorSource` of one colour; `value` a number or three."""
-    return ColorSource(np.broadcast_to(value, 3).astype(np.float32))
-
-
-def scaled(color: ColorSource, factor: float | np.ndarray) -> ColorSource:
-    """`color` times `factor`, a number or three."""
-    return ColorSource((color.value * factor).astype(np.float32), color.texture, color.uv)
-
-
-def mean(color: ColorSource) -> np.ndarray:
-    """The mean of a `ColorSource` over its texture: (3,) float64."""
-    return color.value * (color.texture.pixels.mean((0, 1), dtype=np.float64) if color.texture else 1.0)
-
-
-def total(colors: list[ColorSource], reading: Reading, what: str) -> ColorSource:
-    """The sum of several `ColorSource`; where they have different textures, that of their means."""
-    colors = [color for color in colors if color.value.any()]
-    if not colors:
-        return constant(0.0)
-    if len({(id(color.texture), color.uv) for color in colors}) == 1:
-        return ColorSource(sum(color.value for color in colors), colors[0].texture, colors[0].uv)
-    value = sum(mean(color) for color in colors)
-    reading.note(f"{what}, a mix of several images, is taken as {_text(value)} everywhere")
-    return constant(value)
+from .sources import constant, product, text
 
 
 def read_color(source: Feed, reading: Reading, what: str) -> ColorSource:
     """A `Feed` as a `ColorSource`; what is not exact is noted, `what` naming the quantity."""
+    color = baked(source, reading) if reading.baked else None
+    if color is None:
+        color = _exact(source, reading, what)
+    if color is None:
+        color = baked(source, reading)
+    if color is not None:
+        return color
+    value, doubt = estimate(source, reading)
+    reading.note(f"{what}, which '{doubt}' gives, is taken as {text(value)} everywhere")
+    return constant(value)
+
+
+def _exact(source: Feed, reading: Reading, what: str) -> ColorSource | None:
+    """A constant, or an image times a constant; None for anything else."""
     node = source.node
     if node is None:
         return constant(set_value(source.socket))
@@ -48,20 +38,17 @@ def read_color(source: Feed, reading: Reading, what: str) -> ColorSource:
     if node.type in MIXES and is_color_mix(node) and node.blend_type in {"MIX", "MULTIPLY"}:
         factor, a, b = (feed(socket, source.groups) for socket in mix_inputs(node))
         share, doubt = estimate(factor, reading)
-        if not doubt:
-            if share[0] <= 0:
-                return read_color(a, reading, what)
-            if share[0] >= 1:
-                b = read_color(b, reading, what)
-                if node.blend_type == "MIX":
-                    return b
-                a = read_color(a, reading, what)
-                if a.texture is None or b.texture is None:
-                    return scaled(b, a.value) if a.texture is None else scaled(a, b.value)
+        if not doubt and share[0] <= 0:
+            return _exact(a, reading, what)
+        if not doubt and share[0] >= 1:
+            b = _exact(b, reading, what)
+            if node.blend_type == "MIX" or b is None:
+                return b
+            a = _exact(a, reading, what)
+            if a is not None and (a.texture is None or b.texture is None):
+                return product(a, b, reading, what)
     value, doubt = estimate(source, reading)
-    if doubt:
-        reading.note(f"{what}, which '{doubt}' gives, is taken as {_text(value)} everywhere")
-    return constant(value)
+    return None if doubt else constant(value)
 
 
 def read_number(source: Feed, reading: Reading, what: str) -> float:
@@ -73,14 +60,12 @@ def read_number(source: Feed, reading: Reading, what: str) -> float:
     return number
 
 
-def _text(value: np.ndarray) -> str:
-    return "({:.3g}, {:.3g}, {:.3g})".format(*value)
-
-
 def uv_map(source: Feed, reading: Reading) -> str | None:
     """Name of the UV map that an Image Texture node looks its image up at; None where it is anything else."""
     node = source.node
-    if node.projection != "FLAT" or (node.image and node.image.source not in {"FILE", "GENERATED"}):
+    if reading.whole or node.projection != "FLAT":
+        return None
+    if node.image and (node.image.source not in {"FILE", "GENERATED"} or not is_known_space(node.image)):
         return None
     vector = source.input("Vector")
     while vector.node and vector.node.type == "MAPPING" and _is_identity(vector, reading):

@@ -2,14 +2,14 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Factors of node trees, such as an alpha: a number or an image's channel, and what Math nodes make of one."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from ...gi_core.scene import ColorSource, Texture
-from .colors import constant, mean, read_number, uv_map
-from .constants import LUMINANCE, MATH
+from .baked import baked
+from .colors import read_number, uv_map
+from .constants import LUMINANCE, MATH, estimate
 from .nodes import Feed, Reading
+from .sources import constant, grey
 
 _UNARY = {"ROUND": np.round, "FLOOR": np.floor, "CEIL": np.ceil, "ABSOLUTE": np.abs}
 _BINARY = {
@@ -20,34 +20,28 @@ _BINARY = {
 }
 
 
-def read_factor(source: Feed, reading: Reading, what: str) -> ColorSource:
-    """A `Feed` as a grey `ColorSource` of 0…1; what is not exact is noted, `what` naming the quantity."""
-    found = _pixels(source, reading)
+def read_factor(source: Feed, reading: Reading, what: str, highest: float = 1.0) -> ColorSource:
+    """A `Feed` as a grey `ColorSource` of 0…`highest`; what is not exact is noted, `what` naming the quantity."""
+    found = (reading.baked and _baked(source, reading)) or _pixels(source, reading) or _baked(source, reading)
     if found is None:
-        return constant(np.clip(read_number(source, reading, what), 0, 1))
+        return constant(np.clip(read_number(source, reading, what), 0, highest))
     values, texture, uv = found
-    values = np.clip(np.asarray(values, np.float32), 0, 1)
-    if texture is None or np.ptp(values) == 0:
+    values = np.clip(np.asarray(values, np.float32), 0, highest)
+    first = reading.wanted is not None and reading.baked is None  # what is one texel now will be many
+    if texture is None or (np.ptp(values) == 0 and not first):
         return constant(values.flat[0])
-    return ColorSource(np.ones(3, np.float32), _grey(texture, values), uv)
+    return ColorSource(np.ones(3, np.float32), grey(texture, values), uv)
 
 
-def product(a: ColorSource, b: ColorSource, reading: Reading, what: str) -> ColorSource:
-    """Two factors multiplied; of images in two places the second's mean is taken, and noted."""
-    if a.texture is None or b.texture is None:
-        return ColorSource(a.value * b.value, a.texture or b.texture, a.uv if a.texture else b.uv)
-    if a.uv == b.uv and a.texture.pixels.shape == b.texture.pixels.shape:
-        values = (a.texture.pixels * b.texture.pixels)[..., 0]
-        return ColorSource(a.value * b.value, _grey(a.texture, values), a.uv)
-    reading.note(f"{what}, a product of two images, is taken with the second one's mean")
-    return ColorSource((a.value * mean(b)).astype(np.float32), a.texture, a.uv)
-
-
-def complement(a: ColorSource) -> ColorSource:
-    """1 − a."""
-    if a.texture is None:
-        return constant(1 - a.value)
-    return ColorSource(np.ones(3, np.float32), _grey(a.texture, 1 - a.value[0] * a.texture.pixels[..., 0]), a.uv)
+def _baked(source: Feed, reading: Reading) -> tuple[float | np.ndarray, Texture | None, str] | None:
+    """As `_pixels`, of what only Cycles can tell."""
+    if source.node is None or (not reading.baked and not estimate(source, reading)[1]):
+        return None
+    if (color := baked(source, reading)) is None:
+        return None
+    weights = (LUMINANCE if source.socket.type == "RGBA" else np.full(3, 1 / 3)).astype(np.float32)
+    values = color.texture.pixels * color.value if color.texture else color.value
+    return values @ weights, color.texture, color.uv
 
 
 def _pixels(source: Feed, reading: Reading) -> tuple[float | np.ndarray, Texture | None, str] | None:
@@ -76,7 +70,3 @@ def _pixels(source: Feed, reading: Reading) -> tuple[float | np.ndarray, Texture
     if node.use_clamp:
         values = np.clip(values, 0, 1)
     return values, *(textures[0] if textures else (None, ""))
-
-
-def _grey(texture: Texture, values: np.ndarray) -> Texture:
-    return replace(texture, pixels=np.broadcast_to(values.astype(np.float32)[..., None], (*values.shape, 3)))

@@ -6,9 +6,10 @@ import numpy as np
 
 from ...gi_core.gloss import fresnel_mean
 from ...gi_core.scene import BLACK, MATTE, WHITE, ColorSource, Gloss
-from .colors import constant, mean, read_color, read_number, scaled, total
+from .colors import read_color, read_number
 from .factors import read_factor
 from .nodes import Feed, Reading
+from .sources import constant, mean, scaled, total
 
 
 def glossy_bsdf(source: Feed, reading: Reading) -> Gloss:

@@ -2,18 +2,23 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Images: a Blender image as scene-linear pixels, each read once."""
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import bpy
 import numpy as np
 
 from ...gi_core.scene import Texture
+from ...gi_core.texture import srgb_to_linear
 
 if TYPE_CHECKING:
     from .nodes import Reading
 
 # Colour spaces of byte images whose values need no conversion.
 _LINEAR_SPACES = {"Non-Color", "Generic Data", "Raw", "Linear", "Linear Rec.709", "scene_linear"}
+
+# Sources of images that change with time.
+_MOVING = {"SEQUENCE", "MOVIE"}
 
 
 class ImageReader:
@@ -31,9 +36,13 @@ class ImageReader:
         image = node.image
         if image is None:
             raise ValueError(f"{reading.owner}: node '{node.name}' has no image: choose one or remove the node")
-        space = image.colorspace_settings.name
-        if not image.is_float and space not in {"sRGB", *_LINEAR_SPACES}:
+        if not is_known_space(image):
+            space = image.colorspace_settings.name
             reading.note(f"image '{image.name}' of colour space {space} is taken as sRGB")
+        if not is_there(node):
+            raise ValueError(f"Image '{image.name}' cannot be read from '{image.filepath}': relink or pack it")
+        if image.source in _MOVING:  # only what renders shows the frame of the current time
+            return Texture(image.name, np.full((1, 1, 3), 0.5, np.float32))
         # Cycles multiplies colours by alpha, unless the node's alpha is used, or is no alpha but a channel of data.
         by_alpha = image.alpha_mode == "STRAIGHT" and not node.outputs[-1].is_linked
         extension = getattr(node, "extension", "REPEAT")
@@ -41,24 +50,42 @@ class ImageReader:
         key = (image.original.as_pointer(), channels if channels == "ALPHA" else by_alpha, extension, interpolation)
         if key not in self._textures:
             if key[:2] not in self._pixels:
-                pixels = read_alpha(image.original) if channels == "ALPHA" else read_pixels(image.original, by_alpha)
-                self._pixels[key[:2]] = pixels
-            self._textures[key] = Texture(image.name, self._pixels[key[:2]], extension, interpolation)
+                alpha = channels == "ALPHA"
+                read = (read_alpha(image.original), None) if alpha else read_pixels(image.original, by_alpha)
+                self._pixels[key[:2]] = read
+            pixels, encoded = self._pixels[key[:2]]
+            self._textures[key] = Texture(image.name, pixels, extension, interpolation, encoded)
         return self._textures[key]
 
 
-def read_pixels(image: bpy.types.Image, by_alpha: bool) -> np.ndarray:
-    """Scene-linear (h, w, 3) float32 of a `bpy.types.Image`, row 0 at the bottom, multiplied by alpha where asked.
+def is_there(node: bpy.types.Node) -> bool:
+    """Whether what the image of an evaluated node is read from is there."""
+    image = node.image.original  # it keeps what is loaded to answer this
+    if image.source in _MOVING and not image.packed_files:
+        return Path(bpy.path.abspath(image.filepath_from_user(image_user=node.image_user))).is_file()
+    return bool(image.size[0])
+
+
+def is_known_space(image: bpy.types.Image) -> bool:
+    """Whether the colours of an image are read as Cycles reads them."""
+    return image.is_float or image.colorspace_settings.name in {"sRGB", *_LINEAR_SPACES}
+
+
+def read_pixels(image: bpy.types.Image, by_alpha: bool) -> tuple[np.ndarray, np.ndarray | None]:
+    """Scene-linear (h, w, 3) float32 of a `bpy.types.Image`, row 0 at the bottom, multiplied by alpha where asked, and
+    the sRGB bytes (h, w, 3) that they were decoded from, None where they were not.
 
     Raises ValueError where the image has no pixels.
     """
     pixels = _all_channels(image)
     color = pixels[..., :3] if image.channels >= 3 else np.repeat(pixels[..., :1], 3, axis=2)
     if image.is_float or image.colorspace_settings.name in _LINEAR_SPACES:
-        return np.ascontiguousarray(color)  # floats are scene-linear and multiplied by alpha since they were loaded
+        # Floats are scene-linear and multiplied by alpha since they were loaded.
+        return np.ascontiguousarray(color), None
     if by_alpha and image.channels == 4:
         color = color * pixels[..., 3:]  # before the transfer function is undone, as Cycles does
-    return _SRGB_TO_LINEAR[(color * 255 + 0.5).astype(np.uint8)]
+    encoded = (color * 255 + 0.5).astype(np.uint8)
+    return _SRGB_TO_LINEAR[encoded], encoded
 
 
 def read_alpha(image: bpy.types.Image) -> np.ndarray:
@@ -82,10 +109,5 @@ def _all_channels(image: bpy.types.Image) -> np.ndarray:
     return pixels
 
 
-def _srgb_to_linear(encoded: np.ndarray) -> np.ndarray:
-    """The sRGB transfer function (IEC 61966-2-1) undone."""
-    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
-
-
 # Of each value that a byte can have.
-_SRGB_TO_LINEAR = _srgb_to_linear(np.arange(256) / 255).astype(np.float32)
+_SRGB_TO_LINEAR = srgb_to_linear(np.arange(256) / 255).astype(np.float32)

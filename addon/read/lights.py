@@ -8,9 +8,9 @@ import bpy
 import numpy as np
 
 from ...gi_core.scene import Light
-from .colors import mean
 from .images import ImageReader
 from .nodes import Reading, node_tree, output_feed
+from .sources import mean
 from .surfaces import read_surface
 
 

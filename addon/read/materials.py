@@ -5,10 +5,12 @@
 import bpy
 import numpy as np
 
-from ...gi_core.scene import MATTE, WHITE, Gloss, Material
-from .colors import constant
+from ...gi_core.scene import MATTE, WHITE, Gloss, Material, Mesh
+from .expression import Expression
 from .images import ImageReader
-from .nodes import Reading, node_tree, output_feed
+from .nodes import Mismatch, Reading, node_tree, output_feed
+from .sources import constant
+from .surface_bakes import Patch, SurfaceBakes
 from .surfaces import Surface, read_surface, specular_share
 
 
@@ -24,33 +26,92 @@ def _default(glossy: bool) -> Material:
 class MaterialReader:
     """Collects the materials that objects ask for, each read once.
 
-    read: the list of `Material`, in the order in which they were asked for.
+    read: the list of `Material`, in the order in which they were asked for. notes: what was approximated.
+    bakes: is asked for what only Cycles can tell, where it is not None; a material then is several, one for each mesh.
     """
 
-    def __init__(self, override: bpy.types.Material | None, images: ImageReader, notes: list[str], glossy: bool):
+    def __init__(
+        self,
+        depsgraph: bpy.types.Depsgraph,
+        images: ImageReader,
+        glossy: bool = False,
+        bakes: SurfaceBakes | None = None,
+    ):
         self.read: list[Material] = []
-        self._override, self._images, self._notes, self._glossy = override, images, notes, glossy
-        self._indices = {}
+        self.notes: list[str] = []
+        self._override = depsgraph.view_layer_eval.material_override
+        self._frame = depsgraph.scene_eval.frame_current_final
+        self._images, self._glossy, self._bakes = images, glossy, bakes
+        self._known: dict[int | None, tuple[Material, tuple[Expression, ...], bool]] = {}
+        self._indices: dict[object, int] = {}
+        # Of each of `read`: the material in the file, where it is baked, and whether as a whole.
+        self._sources: list[tuple[bpy.types.Material | None, Patch | None, bool]] = []
 
-    def index(self, material: bpy.types.Material | None) -> int:
-        """Index into `read` of a `bpy.types.Material`, or of Cycles' default surface for None."""
-        material = self._override or material
+    def indices(self, entry: bpy.types.DepsgraphObjectInstance, index: int, mesh: Mesh) -> tuple[int, ...]:
+        """Indices into `read` for the slots of an instance of the mesh that is the scene's at `index`."""
+        slots = [self._override or slot.material for slot in entry.object.material_slots] or [self._override]
+        # A polygon beyond the slots takes the last one.
+        slots += slots[-1:] * (int(mesh.slots.max()) + 1 - len(slots))
+        return tuple(self._index(material, slots, entry, index, mesh) for material in slots)
+
+    def _index(self, material, slots, entry, index: int, mesh: Mesh) -> int:
         key = material and material.original.as_pointer()
-        if key not in self._indices:
-            self._indices[key] = len(self.read)
-            self.read.append(
-                read_material(material, self._images, self._notes, self._glossy) if material else _default(self._glossy)
-            )
-        return self._indices[key]
+        if key not in self._known:
+            self._known[key] = self._first_reading(material)
+        made, expressions, whole = self._known[key]
+        patch = None
+        if expressions:
+            alike = tuple(k for k, other in enumerate(slots) if other == material)
+            patch = self._bakes.want(material, expressions, entry, index, mesh, alike)
+        place = key if patch is None else id(patch)
+        if place not in self._indices:
+            self._indices[place] = len(self.read)
+            self.read.append(made)
+            self._sources.append((material and material.original, patch, whole))
+        return self._indices[place]
+
+    def _first_reading(self, material: bpy.types.Material | None) -> tuple[Material, tuple[Expression, ...], bool]:
+        """A material with stand-ins for what is to be baked, what that is, and whether it is all that varies."""
+        if material is None:
+            return _default(self._glossy), (), False
+        for whole in (False, True):
+            reading = self._reading(material, None if self._bakes is None else {}, None, whole)
+            try:
+                made = read_material(material, reading)
+            except Mismatch:
+                continue
+            break
+        self.notes += [note for note in reading.notes if note not in self.notes]
+        return made, tuple(found for found in (reading.wanted or {}).values() if found), whole
+
+    def read_again(self, depsgraph: bpy.types.Depsgraph) -> tuple[list[Material], list[str]]:
+        """The same materials with what was baked, evaluated anew, and what is approximated now."""
+        made, notes = [], []
+        for (material, patch, whole), before in zip(self._sources, self.read):
+            if material is None:
+                made.append(before)
+                continue
+            wanted = {e.key: e for e in patch.expressions} if patch else {}
+            textures = patch.textures if patch else {}
+            reading = self._reading(material, wanted, textures, whole and bool(textures))
+            if patch and patch.note:
+                reading.note(patch.note)
+            made.append(read_material(material.evaluated_get(depsgraph), reading))
+            notes += [note for note in reading.notes if note not in notes]
+        return made, notes
+
+    def _reading(self, material, wanted, baked, whole: bool) -> Reading:
+        return Reading(
+            f"Material '{material.name}'", self._images, [], glossy=self._glossy, wanted=wanted, baked=baked,
+            whole=whole, frame=self._frame,
+        )  # fmt: skip
 
 
-def read_material(material: bpy.types.Material, images: ImageReader, notes: list[str], glossy: bool) -> Material:
-    """`material` as a `Material`, with its gloss where `glossy`. Raises ValueError where one of its images cannot be
-    read."""
+def read_material(material: bpy.types.Material, reading: Reading) -> Material:
+    """An evaluated `material` as a `Material`. Raises ValueError where one of its images cannot be read."""
     tree = node_tree(material)
     if not tree:
         return Material(material.name, constant(material.diffuse_color[:3]))
-    reading = Reading(f"Material '{material.name}'", images, notes, glossy=glossy)
     source = output_feed(tree, "OUTPUT_MATERIAL", "Surface")
     surface = read_surface(source, reading) if source else Surface()
     for name in ("Volume", "Displacement"):

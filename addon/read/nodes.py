@@ -26,6 +26,10 @@ class Feed:
         return feed(self.node.inputs[name], self.groups)
 
 
+class Mismatch(Exception):
+    """Textures that do not lie alike are to be reckoned with one another: read the tree again as a `whole`."""
+
+
 @dataclass(frozen=True)
 class Reading:
     """What a tree is read with.
@@ -35,6 +39,10 @@ class Reading:
     notes: sentences on what was approximated.
     known: what `constants.estimate` has found out.
     glossy: whether surfaces' glossy parts are read too.
+    wanted: collects the `Expression` of outputs that are to be baked, by their keys; None where nothing is baked.
+    baked: the textures of those that were, by the same keys; None in a first reading.
+    whole: images are baked too, so that all that varies lies alike.
+    frame: of the scene.
     """
 
     owner: str
@@ -42,6 +50,10 @@ class Reading:
     notes: list[str]
     known: dict = field(default_factory=dict)
     glossy: bool = False
+    wanted: dict | None = None
+    baked: dict | None = None
+    whole: bool = False
+    frame: float = 0.0
 
     def note(self, text: str) -> None:
         """Tells something of the owner."""

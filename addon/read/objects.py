@@ -19,15 +19,18 @@ _NOT_NESTED = 0x7FFFFFFF
 
 
 def read_objects(
-    depsgraph: bpy.types.Depsgraph, material_index: Callable[[bpy.types.Material | None], int], notes: list[str]
+    depsgraph: bpy.types.Depsgraph,
+    material_indices: Callable[[bpy.types.DepsgraphObjectInstance, int, Mesh], tuple[int, ...]],
+    notes: list[str],
 ) -> tuple[list[Mesh], list[Instance]]:
     """The meshes of `depsgraph` and their places.
 
-    Curves, texts, surfaces and metaballs come as the meshes they render as. `material_index` gives the place of a
-    material in `Scene.materials`. What the bake does not have is told in `notes`.
+    Curves, texts, surfaces and metaballs come as the meshes they render as. `material_indices` gives
+    the places in `Scene.materials` of the slots of an instance of a mesh, by its index too. What the bake does not have
+    is told in `notes`.
     """
     meshes, instances, noted = [], [], set()
-    known = {}  # address of an evaluated mesh -> (index into meshes, number of slots used), None without triangles
+    known = {}  # address of an evaluated mesh -> index into meshes, None without triangles
     for entry in depsgraph.object_instances:
         source = entry.object
         if source.name not in noted:
@@ -42,20 +45,18 @@ def read_objects(
             source.to_mesh_clear()
             known[key] = None
             if len(mesh.triangles):
-                known[key] = len(meshes), int(mesh.slots.max()) + 1
+                known[key] = len(meshes)
                 meshes.append(mesh)
         options = object_options(source.original)
         if known[key] is None or not (options.use or options.casts):
             continue
-        index, needed = known[key]
-        slots = [material_index(slot.material) for slot in source.material_slots] or [material_index(None)]
-        slots += slots[-1:] * (needed - len(slots))  # a polygon beyond the slots takes the last one
+        index = known[key]
         instances.append(
             Instance(
                 name=source.name,
                 mesh=index,
                 matrix=np.array(entry.matrix_world, np.float64),
-                materials=tuple(slots),
+                materials=material_indices(entry, index, meshes[index]),
                 receives=options.use,
                 casts=options.casts,
                 is_copy=source.is_from_set or (entry.is_instance and not _is_own_surface(entry)),

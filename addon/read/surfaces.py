@@ -9,16 +9,18 @@ import numpy as np
 
 from ...gi_core.gloss import fresnel_mean
 from ...gi_core.scene import BLACK, MATTE, WHITE, ColorSource, Gloss
-from .colors import constant, mean, read_color, read_number, scaled, total
-from .factors import complement, product, read_factor
+from .colors import read_color, read_number
+from .factors import read_factor
 from .gloss import gloss_sum, glossy_bsdf, principled_gloss, specular_ior
 from .nodes import Feed, Reading, set_value
+from .sources import applied, are_alike, complement, constant, mean, product, quotient, total
 
 # Without `glossy`, and with it.
 _GLOSS_NOTES = (
     "Reflections in glossy surfaces are not baked; they light other surfaces as if they were diffuse.",
     "What glossy surfaces reflect lights other surfaces as if it were diffuse.",
 )
+_VIEW_NOTE = "What a Principled BSDF reflects diffusely depends on the view; its mean over all views is taken."
 
 
 @dataclass(frozen=True)
@@ -48,8 +50,7 @@ def read_surface(source: Feed, reading: Reading) -> Surface:
             _note_shape(source, "Roughness", reading)
             return Surface(albedo=read_color(source.input("Color"), reading, "the colour"))
         case "EMISSION" | "BACKGROUND":
-            color = read_color(source.input("Color"), reading, "the emitted colour")
-            return Surface(emission=scaled(color, read_number(source.input("Strength"), reading, "emission strength")))
+            return Surface(emission=_emission(source, "Color", "Strength", reading))
         case "BSDF_PRINCIPLED":
             return _principled(source, reading)
         case "BSDF_GLOSSY":
@@ -66,7 +67,7 @@ def read_surface(source: Feed, reading: Reading) -> Surface:
                 reading.note(f"'{node.name}' lets light of all colours through alike")
             return Surface(alpha=constant(np.clip(1 - color.mean(), 0, 1)))
         case "ADD_SHADER":
-            return _sum([(1.0, read_surface(source.input(index), reading)) for index in (0, 1)], reading)
+            return _sum([(WHITE, read_surface(source.input(index), reading)) for index in (0, 1)], reading)
         case "SUBSURFACE_SCATTERING" | "BSDF_TRANSLUCENT" | "BSDF_SHEEN" | "BSDF_TOON":
             reading.note(f"'{node.name}' is taken as diffuse")
             return Surface(albedo=read_color(source.input("Color"), reading, "the colour"))
@@ -84,25 +85,43 @@ def _principled(source: Feed, reading: Reading) -> Surface:
             reading.note(f"its {name.split()[0].lower()} is left out")
     if _in_use(source, "Subsurface Weight"):
         reading.note("subsurface scattering is taken as diffuse")
-    metal, glass = number("Metallic"), number("Transmission Weight")
-    dull = (1 - metal) * (1 - glass)
-    if glass * (1 - metal) > 0:
-        reading.note(f"{glass * (1 - metal):.0%} of it is glass, whose light is left out")
+    metal, glass = (read_factor(source.input(n), reading, n.lower()) for n in ("Metallic", "Transmission Weight"))
+    opaque = complement(metal)
+    dull = product(opaque, complement(glass), reading, "what is neither metal nor glass")
+    if mean(glass)[0] * (1 - mean(metal)[0]) > 0:
+        reading.note(f"{mean(opaque)[0] - mean(dull)[0]:.0%} of it is glass, whose light is left out")
     albedo = gloss_albedo = BLACK
-    if dull > 0 or metal > 0:
+    if dull.value.any() or metal.value.any():
         reading.note_once(_GLOSS_NOTES[reading.glossy])
-        roughness = source.input("Roughness")  # it matters too little to read an image for it
-        specular = specular_share(
-            number("IOR"), number("Specular IOR Level"), 0.5 if roughness.node else set_value(roughness.socket)[0]
-        )
         base = read_color(source.input("Base Color"), reading, "the base colour")
-        albedo = scaled(base, dull * (1 - specular))
-        gloss_albedo = total([scaled(base, metal), constant(dull * specular)], reading, "what it reflects")
-    emission, strength = BLACK, number("Emission Strength")
-    if strength > 0:
-        emission = scaled(read_color(source.input("Emission Color"), reading, "the emitted colour"), strength)
+        specular = _specular(source, base, number("IOR"), number("Specular IOR Level"), reading)
+        through = product(dull, complement(specular), reading, "what is neither metal nor glass")
+        albedo = product(base, through, reading, "the base colour")
+        metallic = product(base, metal, reading, "the base colour")
+        mirrored = product(dull, specular, reading, "what is neither metal nor glass")
+        gloss_albedo = total([metallic, mirrored], reading, "what it reflects")
+    emission = BLACK
+    if source.input("Emission Strength").node or number("Emission Strength") > 0:
+        emission = _emission(source, "Emission Color", "Emission Strength", reading)
     gloss = principled_gloss(source, reading) if reading.glossy else MATTE
     return Surface(albedo, emission, read_factor(source.input("Alpha"), reading, "its alpha"), gloss, gloss_albedo)
+
+
+def _specular(source: Feed, base: ColorSource, ior: float, level: float, reading: Reading) -> ColorSource:
+    """The `specular_share` of a Principled BSDF, everywhere."""
+    if specular_ior(ior, level) == 1:
+        return BLACK
+    reading.note_once(_VIEW_NOTE)
+    roughness = read_factor(source.input("Roughness"), reading, "its roughness")
+    if not are_alike([base, roughness]):  # it matters too little to bring a base colour to where it lies
+        reading.note("its roughness, an image of its own, is taken as its mean for what the base colour is dimmed by")
+        roughness = constant(mean(roughness))
+    return applied(lambda values: specular_share(ior, level, values), roughness)
+
+
+def _emission(source: Feed, color: str, strength: str, reading: Reading) -> ColorSource:
+    amount = read_factor(source.input(strength), reading, "emission strength", np.inf)
+    return product(read_color(source.input(color), reading, "the emitted colour"), amount, reading, "its emission")
 
 
 def _in_use(source: Feed, name: str) -> bool:
@@ -118,7 +137,7 @@ def _note_shape(source: Feed, roughness: str, reading: Reading) -> None:
         reading.note("the roughness of its diffuse part is left out")
 
 
-def specular_share(ior: float = 1.5, level: float = 0.5, roughness: float = 0.5) -> float:
+def specular_share(ior: float = 1.5, level: float = 0.5, roughness: float | np.ndarray = 0.5) -> float | np.ndarray:
     """Share of the light that the specular layer of a Principled BSDF takes from the diffuse one below.
 
     In Cycles it depends on the view. This is its mean over a cosine-weighted hemisphere, where light that bounces goes:
@@ -126,7 +145,7 @@ def specular_share(ior: float = 1.5, level: float = 0.5, roughness: float = 0.5)
     met within 0.015 for IOR 1.1 to 2.
     """
     ior = specular_ior(ior, level)
-    return float(fresnel_mean(ior) / (1 + 4.4 / ior * roughness**2.6))
+    return fresnel_mean(ior) / (1 + 4.4 / ior * roughness**2.6)
 
 
 def _mix(source: Feed, reading: Reading) -> Surface:
@@ -139,29 +158,31 @@ def _mix(source: Feed, reading: Reading) -> Surface:
         return replace(other, alpha=product(other.alpha, share, reading, "its alpha"))
     if other.is_clear:
         return replace(one, alpha=product(one.alpha, complement(share), reading, "its alpha"))
-    weight = float(mean(share)[0])
-    if share.texture:
-        reading.note(f"the share of a Mix Shader, an image, is taken as {weight:.3g} everywhere")
-    return _sum([(1 - weight, one), (weight, other)], reading)
+    return _sum([(complement(share), one), (share, other)], reading)
 
 
-def _sum(parts: list[tuple[float, Surface]], reading: Reading) -> Surface:
-    """Shaders added up, each by its weight."""
-    if any(surface.alpha.texture for _, surface in parts):
-        reading.note("its alpha, an image that is mixed with another shader, is taken as its mean")
-    solid = [float(mean(surface.alpha)[0]) for _, surface in parts]
-    alpha = 1 - sum(weight * (1 - share) for (weight, _), share in zip(parts, solid))
-    if alpha < 1e-3 and any(weight * share for (weight, _), share in zip(parts, solid)):
+def _sum(parts: list[tuple[ColorSource, Surface]], reading: Reading) -> Surface:
+    """Shaders added up, each by its weight, grey."""
+
+    def summed(name, what):
+        colors = [product(getattr(surface, name), weight, reading, what) for weight, surface in parts]
+        return total(colors, reading, what)
+
+    through = [product(complement(surface.alpha), weight, reading, "its alpha") for weight, surface in parts]
+    alpha = complement(total(through, reading, "its alpha"))
+    if not mean(alpha)[0] > 1e-3 and any(mean(w)[0] * mean(surface.alpha)[0] for w, surface in parts):
         reading.note("it lets all light through and shines as well; it is taken as not transparent")
-        alpha = 1.0
+        alpha = WHITE
     # Of the solid part: what each shader gives, over how solid they are together.
-    parts = [(weight * share / max(alpha, 1e-3), surface) for (weight, surface), share in zip(parts, solid)]
+    parts = [(product(weight, surface.alpha, reading, "its alpha"), surface) for weight, surface in parts]
+    if alpha.texture or alpha.value[0] != 1:
+        parts = [(quotient(weight, alpha, reading, "its alpha"), surface) for weight, surface in parts]
+    if reading.glossy and any(weight.texture and not surface.gloss.is_none for weight, surface in parts):
+        reading.note("how much of it is glossy, an image, is taken as its mean in what it reflects")
     return Surface(
-        albedo=total([scaled(surface.albedo, weight) for weight, surface in parts], reading, "the colour"),
-        emission=total([scaled(surface.emission, weight) for weight, surface in parts], reading, "the emitted colour"),
-        alpha=constant(alpha),
-        gloss=gloss_sum([(weight, surface.gloss) for weight, surface in parts], reading),
-        gloss_albedo=total(
-            [scaled(surface.gloss_albedo, weight) for weight, surface in parts], reading, "what it reflects"
-        ),
+        albedo=summed("albedo", "the colour"),
+        emission=summed("emission", "the emitted colour"),
+        alpha=alpha,
+        gloss=gloss_sum([(float(mean(weight)[0]), surface.gloss) for weight, surface in parts], reading),
+        gloss_albedo=summed("gloss_albedo", "what it reflects"),
     )

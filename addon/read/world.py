@@ -7,10 +7,11 @@ import numpy as np
 from mathutils import Euler
 
 from ...gi_core.scene import Environment, Texture
-from .colors import mean, read_number
+from .colors import read_number
 from .constants import estimate
 from .images import ImageReader
 from .nodes import Feed, Reading, node_tree, output_feed
+from .sources import mean
 from .surfaces import read_surface
 
 

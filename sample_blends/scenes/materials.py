@@ -15,6 +15,7 @@ from shapes import (
     icosphere_mesh,
     interior,
     mesh_object,
+    quad,
     sphere,
     subdivide,
     suzanne_mesh,
@@ -33,6 +34,7 @@ def build():
     textured(letter)
     mapped(tiles, spots, dents)
     colored()
+    files()
     stools = instanced()
     lamp("SUN", "Sun", (-2, -3, 4), (0, 0, 0), 3, color=(1, 0.95, 0.88), angle=math.radians(0.5))
     camera((0.25, -4.6, 2.3), (0, 0.35, 0.7), 50)
@@ -91,6 +93,22 @@ def colored():
         inputs = {"Color": (0.7, 0.2, 0.1), "Saturation": saturation}
         material = surface(name, lambda tree, i=inputs: node(tree, "ShaderNodeGroup", i, node_tree=group))
         cylinder(f"{name} drum", radius, height, (*place, -0.001), material)
+    sphere("Clouded ball", 0.26, (-2.05, 0.2, 0.259), clouded())
+
+
+def files():
+    """An image in two UDIM tiles, packed, and one of a sequence of files beside the .blend."""
+    rings = image_material("Two tiles", images.two_tiles())
+    chest = box("Two-tile chest", (0.35, 0.3, 0.45), (2.15, -0.2, -0.001), rings, rotation=10)
+    texture_uvs(chest.data)
+    for k, face in enumerate(chest.data.polygons):
+        for corner in face.loop_indices if k % 2 else ():
+            chest.data.uv_layers["UVMap"].uv[corner].vector.x += 1
+
+    scene = bpy.context.scene
+    scene.frame_start, scene.frame_end, scene.frame_current = 1, 3, 2
+    sign = quad("Sign", [(-0.6, 1.99, 1.5), (0, 1.99, 1.5), (0, 1.99, 1.9), (-0.6, 1.99, 1.9)], sequence())
+    texture_uvs(sign.data)
 
 
 def instanced():
@@ -156,6 +174,25 @@ def spotted(spots):
             0: mask, 1: node(tree, DIFFUSE, {"Color": (0.2, 0.5, 0.3)}),
             2: node(tree, "ShaderNodeBsdfGlossy", {"Color": (0.8, 0.8, 0.85)})})
     return surface("Spotted", shader)
+
+
+def clouded():
+    """Two diffuse shaders, mixed by noise."""
+    def shader(tree):
+        return node(tree, "ShaderNodeMixShader", {
+            0: node(tree, "ShaderNodeTexNoise", {"Scale": 3}), 1: node(tree, DIFFUSE, {"Color": (0.75, 0.7, 0.65)}),
+            2: node(tree, DIFFUSE, {"Color": (0.1, 0.15, 0.4)})})
+    return surface("Clouded", shader)
+
+
+def sequence():
+    """The image of the current frame."""
+    def shader(tree):
+        picture = node(tree, TEXTURE, image=images.frames())
+        user = picture.image_user
+        user.frame_duration, user.frame_start, user.use_auto_refresh = 3, 1, True
+        return node(tree, DIFFUSE, {"Color": picture})
+    return surface("Sequence", shader)
 
 
 def painted():
