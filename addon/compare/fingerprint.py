@@ -26,8 +26,8 @@ _IDLE_PREFIXES = ("show_", "select_", "preview_", "active_", "ui_", "gi_")
 _OF_NODES = {"location", "location_absolute", "width", "height", "dimensions", "color", "use_custom_color", "hide",
              "parent", "internal_links"}  # fmt: skip
 _OF_RENDERS = {*RENDER, *CYCLES, *BOUNCES, "filepath", "samples", "seed", "resolution_x", "resolution_y",
-               "resolution_percentage", "filter_width", "pixel_filter_type", "image_settings", "bake", "ffmpeg", "threads", "threads_mode",
-               "adaptive_threshold", "adaptive_min_samples", "denoiser"}  # fmt: skip
+               "resolution_percentage", "filter_width", "pixel_filter_type", "image_settings", "bake", "ffmpeg",
+               "threads", "threads_mode", "adaptive_threshold", "adaptive_min_samples", "denoiser"}  # fmt: skip
 # Followed wherever they are used; others are told by their name.
 _FOLLOWED = (
     bpy.types.Material, bpy.types.World, bpy.types.Light, bpy.types.NodeTree, bpy.types.Image, bpy.types.Texture,

@@ -203,7 +203,7 @@ def _legend():
         f"</figcaption></figure><figure>{signed}<figcaption>Signed difference of luminance</figcaption></figure>"
         f"<figure>{flip}<figcaption>FLIP</figcaption></figure></div>\n<table>{rows}<tr><th>{NOISE}</th><td>the "
         "reference is the mean of two renders; one of them is measured against it, which is as far from it as it is "
-        "from the truth</td></tr></table>"
+        "from the truth; SSIM and FLIP compare structure, of which a noisy picture has its own</td></tr></table>"
     )
 
 
