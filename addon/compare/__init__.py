@@ -16,10 +16,10 @@ from ..read.box import box_corners
 from ..write.images import file_stem
 from . import curves as over_time
 from .edges import smooth
+from .halves import Truth, truth
 from .machine import processor, version
 from .report import write_report
 from .subject import Subject, summed
-from .truth import Truth, truth
 
 
 @dataclass(frozen=True)
@@ -72,9 +72,8 @@ def compare(
     rows, ratios = None, None
     if curves:
         indirect = next(s for s in subjects if s.kind == "indirect")
-        labelled = {label: r.job for label, r in results.items()}
-        rows = over_time.curves(scene, view_layer, labelled, indirect.reference, indirect.mask)
-        ratios = over_time.against_cycles(rows)
+        rows = over_time.curves(scene, view_layer, results, indirect.reference, indirect.mask)
+        ratios = over_time.against_cycles(rows, indirect.floor["relmse"])
     techniques = {
         label: {
             "method": r.job.method, "device": r.device, "seconds": sum(r.stages.values()), "stages": r.stages,

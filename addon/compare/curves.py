@@ -15,35 +15,42 @@ import numpy as np
 
 from ...gi_core import metrics
 from ...gi_core.tiles import finish
-from ..bake import Job, bake
+from ..bake import Job, Result, bake
 from ..denoise import oidn
 from .reference import camera_reference
 
 CYCLES, DENOISED = "Cycles", "Cycles, OIDN"
 # What a technique's time buys, and how it is multiplied.
 BUDGETS = {"rsm": ("samples", "light_samples"), "ssgi": ("samples", "light_samples"), "lpv": ("cells",)}
-SHARES = (1 / 8, 1 / 4, 1 / 2, 1)
-CYCLES_SAMPLES = (1, 4, 16, 64)
+SHARES = (1 / 16, 1 / 4)
+CYCLES_SAMPLES = (1, 4, 16, 64, 256)
 _SEED = 104729
 
 
 def jobs(job: Job, shares: Sequence[float] = SHARES) -> Iterator[tuple[str, Job]]:
-    """The job at shares of its budget, the smallest first, each with what it has of it in words."""
+    """The job at shares of its budget, the smallest first, each with its budget in words; none twice."""
     names = BUDGETS[job.method]
     bounds = type(job.settings).__dataclass_fields__
-    told = set()
+    told = {budget_of(job)}
     for share in sorted(shares):
         values = {n: round(getattr(job.settings, n) * share) for n in names}
         values = {n: min(max(v, bounds[n].metadata["low"]), bounds[n].metadata["high"]) for n, v in values.items()}
-        if (budget := f"{values[names[0]]} {names[0]}") not in told:
+        cut = replace(job, settings=replace(job.settings, **values))
+        if (budget := budget_of(cut)) not in told:
             told.add(budget)
-            yield budget, replace(job, settings=replace(job.settings, **values))
+            yield budget, cut
+
+
+def budget_of(job: Job) -> str:
+    """What a job may spend, in words."""
+    name = BUDGETS[job.method][0]
+    return f"{getattr(job.settings, name)} {name}"
 
 
 def curves(
     scene: bpy.types.Scene,
     view_layer: bpy.types.ViewLayer,
-    labelled: dict[str, Job],
+    results: dict[str, Result],
     reference: np.ndarray,
     mask: np.ndarray,
     shares: Sequence[float] = SHARES,
@@ -51,9 +58,10 @@ def curves(
 ) -> dict[str, list[dict]]:
     """Label -> rows of "budget", "seconds", "relmse", "bias"; techniques by their labels, then CYCLES and DENOISED.
 
-    labelled: jobs of the camera image at one resolution and one number of bounces. reference: (h, w, 3), mask: (h, w).
+    results: of the camera image at one resolution and one number of bounces; each is the last point of its curve, which
+        smaller budgets come before. reference: (h, w, 3), mask: (h, w).
     """
-    found = {label: [] for label in (*labelled, CYCLES, DENOISED)}
+    found = {label: [] for label in (*results, CYCLES, DENOISED)}
 
     def add(label, budget, seconds, picture):
         x, r = (i[mask].astype(np.float64) for i in (picture, reference))
@@ -61,12 +69,13 @@ def curves(
             {"budget": budget, "seconds": seconds, "relmse": metrics.relmse(x, r), "bias": metrics.bias(x, r)}
         )
 
-    for label, job in labelled.items():
-        for budget, cut in jobs(job, shares):
+    for label, given in results.items():
+        for budget, cut in jobs(given.job, shares):
             begin = time.perf_counter()
             result = finish(bake(scene, view_layer, cut))
             add(label, budget, time.perf_counter() - begin, result.layers["Diffuse Indirect"])
-    settings = next(iter(labelled.values())).settings
+        add(label, budget_of(given.job), sum(given.stages.values()), given.layers["Diffuse Indirect"])
+    settings = next(iter(results.values())).job.settings
     size = reference.shape[1], reference.shape[0]
     for count in samples:
         begin = time.perf_counter()
@@ -79,10 +88,15 @@ def curves(
     return found
 
 
-def against_cycles(found: dict[str, list[dict]]) -> list[dict]:
+def against_cycles(found: dict[str, list[dict]], noise: float = 0.0) -> list[dict]:
     """For each technique's best picture and each of Cycles' curves: "times faster" at equal error, and "times better"
-    at equal time, the ratio of the errors. None where Cycles' pictures do not reach so far: no curve is drawn on."""
+    at equal time, the ratio of the errors. None where Cycles' pictures do not reach so far: no curve is drawn on.
+
+    noise: relMSE of the reference itself, which is taken off all errors first. "doubtful": more than half of what was
+        measured is noise.
+    """
     rows = []
+    found = {k: [{**r, "relmse": max(r["relmse"] - noise, 1e-9)} for r in v] for k, v in found.items()}
     for label, ours in found.items():
         if label in (CYCLES, DENOISED):
             continue
@@ -91,7 +105,7 @@ def against_cycles(found: dict[str, list[dict]]) -> list[dict]:
             there = time_at(found[other], best["relmse"])
             then = error_at(found[other], best["seconds"])
             rows.append({
-                "technique": label, **best, "against": other,
+                "technique": label, **best, "against": other, "doubtful": best["relmse"] < noise,
                 "times faster": there and there / best["seconds"],
                 "times better": then and best["relmse"] and then / best["relmse"],
             })  # fmt: skip

@@ -21,6 +21,8 @@ _IDLE = {
     "rna_type", "original", "session_uid", "is_evaluated", "users", "use_fake_user", "use_extra_user", "tag", "preview",
     "asset_data", "override_library", "library_weak_reference", "library", "animation_data", "select", "active_index",
     "execution_time", "is_updated", "is_updated_data", "bindcode", "runtime", "has_data", "pixels",
+    # Blender 5 has nodes everywhere, and warns whoever asks.
+    *(["use_nodes"] if bpy.app.version >= (5, 0) else []),
 }  # fmt: skip
 _IDLE_PREFIXES = ("show_", "select_", "preview_", "active_", "ui_", "gi_")
 _OF_NODES = {"location", "location_absolute", "width", "height", "dimensions", "color", "use_custom_color", "hide",
