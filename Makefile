@@ -17,9 +17,9 @@ ARGS          :=
 .PHONY: help bake test bench lint extension samples environment clean
 
 help:
-	@echo 'make bake       bake SCENE (sample_blends/cornell.blend) and compare with Cycles, into out/'
+	@echo 'make bake       bake SCENE (sample_blends/cornell.blend) with all techniques, compare with Cycles, into out/'
 	@echo 'make test       run the tests; ARGS="-k name" goes to pytest'
-	@echo 'make bench      measure: rays, convergence, lightmaps against Cycles; numbers go to out/bench/'
+	@echo 'make bench      measure everything, into out/bench/; QUICK=1 for 5 minutes, PREVIOUS=bench.json to compare'
 	@echo 'make lint       look for mistakes with ruff'
 	@echo 'make extension  build and validate the zips of the extension, into dist/; PYTHONS="$(PYTHONS)"'
 	@echo 'make samples    build sample_blends/*.blend again, with Blender 4.5'
@@ -33,9 +33,7 @@ test: $(READY)
 	@$(VENV)/bin/python -m pytest $(ARGS)
 
 bench: $(READY)
-	@mkdir -p out/bench
-	@for file in tests/benchmarks/*.py; do \
-	  $(VENV)/bin/python "$$file" --json "out/bench/$$(basename "$$file" .py).json" || exit 1; done
+	@$(VENV)/bin/python tests/benchmarks/suite.py $(if $(QUICK),--quick) $(if $(PREVIOUS),--previous '$(PREVIOUS)') $(ARGS)
 
 lint: $(READY)
 	@$(VENV)/bin/ruff check
