@@ -14,12 +14,13 @@ export SCENE  := sample_blends/cornell.blend
 PYTHONS       := 3.11 3.13
 ARGS          :=
 
-.PHONY: help bake test bench lint extension samples environment clean
+.PHONY: help bake test bench references lint extension samples environment clean
 
 help:
 	@echo 'make bake       bake SCENE (sample_blends/cornell.blend) with all techniques, compare with Cycles, into out/'
 	@echo 'make test       run the tests; ARGS="-k name" goes to pytest'
 	@echo 'make bench      measure everything, into out/bench/; QUICK=1 for 5 minutes, PREVIOUS=bench.json to compare'
+	@echo 'make references render with Cycles what tests compare pictures with, after a change of sample_blends/'
 	@echo 'make lint       look for mistakes with ruff'
 	@echo 'make extension  build and validate the zips of the extension, into dist/; PYTHONS="$(PYTHONS)"'
 	@echo 'make samples    build sample_blends/*.blend again, with Blender 4.5'
@@ -34,6 +35,9 @@ test: $(READY)
 
 bench: $(READY)
 	@$(VENV)/bin/python tests/benchmarks/suite.py $(if $(QUICK),--quick) $(if $(PREVIOUS),--previous '$(PREVIOUS)') $(ARGS)
+
+references: $(READY)
+	@$(VENV)/bin/python tests/references/build.py $(ARGS)
 
 lint: $(READY)
 	@$(VENV)/bin/ruff check

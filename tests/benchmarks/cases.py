@@ -13,9 +13,11 @@ import threading
 import time
 from pathlib import Path
 
+from gi_bake.addon.console import find_blenders_modules
 from gi_bake.addon.standard_output import quiet
 
 with quiet():
+    find_blenders_modules()
     import bpy
     from gi_bake.addon import preflight
     from gi_bake.addon.bake import Job, Refused, bake
