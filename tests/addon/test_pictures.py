@@ -33,7 +33,7 @@ SETTINGS = {
 # By how much of its light a block may be off, and what share of the picture's mean counts besides in the dark.
 KNOWN = {"rsm": 0.05, "ssgi": 0.25, "lpv": 0.35}
 DARK = 0.1
-"""Share of blocks that may be off by more, for what a technique's README says it cannot do."""
+# Share of blocks that may be off by more, for what a technique's README says it cannot do.
 REST = {"rsm": 0.0, "ssgi": 0.05, "lpv": 0.1}
 NAMES = sorted(p.stem for p in build.SAMPLES.glob("*.blend"))
 
@@ -47,7 +47,7 @@ def reference(name):
 
 
 def baked(method, seed):
-    settings = METHODS[method].settings(seed=seed, bounces=build.BOUNCES, **SETTINGS[method])
+    settings = METHODS[method].settings(seed=seed, bounces=build.BOUNCES, antialias=1, **SETTINGS[method])
     job = Job(method=method, resolution=build.SIDE, settings=settings)
     return tiles.finish(bake(bpy.context.scene, bpy.context.view_layer, job)).layers
 
@@ -73,15 +73,17 @@ def share_off(ours, noise, theirs, spread, mask, known):
     z = statistics.NormalDist().inv_cdf(1 - (1 - (1 - ALPHA) ** (1 / (3 * n))) / 2)
     r = blocks(theirs, mask)
     # A block's own two halves say little of its spread; all blocks say how spread grows with light.
-    variance = sum(_spread(blocks(part, mask), r) for part in (noise, spread))
-    allowed = known * (r + DARK * r.mean()) + z * np.sqrt(variance)
+    deviation = np.hypot(*(_deviation(blocks(part, mask), r) for part in (noise, spread)))
+    allowed = known * (r + DARK * r.mean()) + z * deviation
     return float((np.abs(blocks(ours, mask) - r) > allowed).any(-1).mean())
 
 
-def _spread(halves, light):
-    """Variance of blocks as a line over their light, from half differences: (n, c)."""
-    line = np.polyfit(light.ravel(), (halves**2).ravel(), 1)
-    return np.maximum(np.polyval(line, light), np.maximum((halves**2).mean(), halves**2 / 4))
+def _deviation(halves, light):
+    """Standard deviation of blocks as a line over their light, from half differences of two renders: (n, c)."""
+    size = np.abs(halves)
+    line = np.polyval(np.polyfit(light.ravel(), size.ravel(), 1), light)
+    # The mean size of a normal deviate is √(2/π) of its deviation.
+    return np.sqrt(np.pi / 2) * np.maximum(line, size.mean() / 4)
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -105,6 +107,6 @@ def test_the_picture_is_cycles_own(sample, name, method):
         ]
         folder = EVIDENCE / f"{name} {method}"
         folder.mkdir(parents=True, exist_ok=True)
-        told = {"device": "cpu", "seconds": 0, "stages": {}, "settings": SETTINGS[method], "approximated": [], "warnings": []}
+        told = {"settings": SETTINGS[method], "stages": {}, "approximated": [], "warnings": []}
         page, _ = write_report(folder, f"{name}, {method}", subjects, {method: told}, {}, {"blocks off": str(off)})
         pytest.fail(f"{off} of blocks are off; look at {page}")
