@@ -14,12 +14,13 @@ export SCENE  := sample_blends/cornell.blend
 PYTHONS       := 3.11 3.13
 ARGS          :=
 
-.PHONY: help bake test bench lint extension samples environment clean
+.PHONY: help bake test bench references lint extension samples environment clean
 
 help:
-	@echo 'make bake       bake SCENE (sample_blends/cornell.blend) and compare with Cycles, into out/'
+	@echo 'make bake       bake SCENE (sample_blends/cornell.blend) with all techniques, compare with Cycles, into out/'
 	@echo 'make test       run the tests; ARGS="-k name" goes to pytest'
-	@echo 'make bench      measure: rays, convergence, lightmaps against Cycles; numbers go to out/bench/'
+	@echo 'make bench      measure everything, into out/bench/; QUICK=1 for 5 minutes, PREVIOUS=bench.json to compare'
+	@echo 'make references render with Cycles what tests compare pictures with, after a change of sample_blends/'
 	@echo 'make lint       look for mistakes with ruff'
 	@echo 'make extension  build and validate the zips of the extension, into dist/; PYTHONS="$(PYTHONS)"'
 	@echo 'make samples    build sample_blends/*.blend again, with Blender 4.5'
@@ -27,15 +28,16 @@ help:
 	@echo 'The environment is made once, in VENV=$(VENV) with PYTHON (found where not given) and BPY="$(BPY)".'
 
 bake: $(READY)
-	@$(VENV)/bin/gi-bake compare "$$SCENE" --method rsm --target image --output "out/$$(basename "$$SCENE" .blend)" --save
+	@$(VENV)/bin/gi-bake compare "$$SCENE" --method rsm,lpv,ssgi --curves --output "out/$$(basename "$$SCENE" .blend)" --save
 
 test: $(READY)
 	@$(VENV)/bin/python -m pytest $(ARGS)
 
 bench: $(READY)
-	@mkdir -p out/bench
-	@for file in tests/benchmarks/*.py; do \
-	  $(VENV)/bin/python "$$file" --json "out/bench/$$(basename "$$file" .py).json" || exit 1; done
+	@$(VENV)/bin/python tests/benchmarks/suite.py $(if $(QUICK),--quick) $(if $(PREVIOUS),--previous '$(PREVIOUS)') $(ARGS)
+
+references: $(READY)
+	@$(VENV)/bin/python tests/references/build.py $(ARGS)
 
 lint: $(READY)
 	@$(VENV)/bin/ruff check

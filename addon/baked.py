@@ -4,6 +4,7 @@
 
 import json
 import uuid
+from collections.abc import Sequence
 from pathlib import Path
 
 import bpy
@@ -11,7 +12,7 @@ import numpy as np
 
 from ..gi_core import display, exr
 from .bake import Result
-from .compare.report import Comparison
+from .compare.subject import Subject
 from .write.attributes import ATTRIBUTE, COVERAGE
 from .write.images import MARK, file_stem
 from .write.results import export, store
@@ -71,34 +72,37 @@ def drop(scene: bpy.types.Scene, index: int) -> None:
 
 
 def compared(
-    line: bpy.types.PropertyGroup, comparisons: list[Comparison], report: Path, folder: Path
+    line: bpy.types.PropertyGroup, subjects: Sequence[Subject], report: Path, folder: Path
 ) -> list[bpy.types.Image]:
     """Notes a comparison with Cycles in a result's line; the images that show it, with ours, Cycles' and the difference
     as layers. Their files go into the folder and are packed."""
-    told = [c for c in comparisons if "indirect" in c.name.lower() and "gloss" not in c.name.lower()] or comparisons
+    told = [s for s in subjects if s.kind == "indirect"] or subjects
     line.compared, line.report = True, str(report)
-    line.error, line.bias = (float(np.mean([c.metrics[name] for c in told])) for name in ("relmse", "bias"))
+    line.error, line.bias = (
+        float(np.mean([values[name] for s in told for values in s.measures.values()])) for name in ("relmse", "bias")
+    )
     for part in line.comparisons:
         if part.image:
             bpy.data.images.remove(part.image)
     line.comparisons.clear()
     made = []
-    for comparison in comparisons:
-        if min(comparison.ours.shape[:2]) < 2:
+    for subject in subjects:
+        if not subject.flat:
             continue  # vertices are no picture
-        made.append(_layered(comparison, folder))
+        made.append(_layered(subject, folder))
         line.comparisons.add().image = made[-1]
     return made
 
 
-def _layered(c: Comparison, folder: Path) -> bpy.types.Image:
+def _layered(c: Subject, folder: Path) -> bpy.types.Image:
     """A comparison as a multilayer image, which the Image Editor shows layer by layer."""
     exposure = display.exposure_of(c.reference, c.mask)
-    shown = display.difference(c.ours, c.reference, exposure, c.mask)[..., :3].astype(np.float32) / 255
+    [ours] = c.ours.values()
+    shown = display.difference(ours, c.reference, exposure, c.mask)[..., :3].astype(np.float32) / 255
     # The file holds scene-linear values, and the picture's colours are sRGB.
     difference = np.where(shown <= 0.04045, shown / 12.92, ((shown + 0.055) / 1.055) ** 2.4).astype(np.float32)
     path = folder / f"{file_stem(c.name)} comparison.exr"
-    exr.write_layers(path, {"Baked": c.ours, "Cycles": c.reference, "Difference": difference}, "Comparison")
+    exr.write_layers(path, {"Baked": ours, "Cycles": c.reference, "Difference": difference}, "Comparison")
     image = bpy.data.images.load(str(path))
     image.name = f"{c.name} Comparison"
     image[MARK] = image.name

@@ -27,7 +27,7 @@ from ..gi_core.settings import SettingError, updated
 from . import layout, preflight
 from .animation import bake_frames
 from .bake import METHODS, Job, NotThere, Refused, Result, bake, missing_uvs, receiving
-from .compare import compare
+from .compare import compare, dark_box
 from .compare.report import finite
 from .standard_output import quiet
 from .write import lightmap_uvs
@@ -55,7 +55,13 @@ def parser(prog: str, takes_scene: bool) -> argparse.ArgumentParser:
         )  # fmt: skip
         if takes_scene:
             sub.add_argument("scene", metavar="SCENE.blend", type=Path)
-        sub.add_argument("--method", default="rsm", metavar="rsm|lpv|ssgi", help="technique (rsm)")
+        several = name == "compare"
+        sub.add_argument(
+            "--method",
+            default="rsm",
+            metavar="rsm|lpv|ssgi",
+            help="technique (rsm)" + ("; several with commas between, side by side" if several else ""),
+        )
         sub.add_argument(
             "--target",
             default="image",
@@ -82,6 +88,13 @@ def parser(prog: str, takes_scene: bool) -> argparse.ArgumentParser:
         if name == "compare":
             sub.add_argument(
                 "--reference-samples", type=_positive, default=1024, metavar="N", help="Cycles' samples (1024)"
+            )
+            sub.add_argument(
+                "--dark", default="", metavar="OBJECT|BOX",
+                help="a region without light, an object's box or 'x y z x y z': what light is there is a leak",
+            )  # fmt: skip
+            sub.add_argument(
+                "--curves", action="store_true", help="also error over time, at several budgets, ours and Cycles'"
             )
     return top
 
@@ -168,8 +181,9 @@ def _check(arguments: argparse.Namespace, path: Path | None) -> dict:
 def _bake(arguments: argparse.Namespace, path: Path | None) -> dict:
     if arguments.frames is not None:
         return _animation(arguments, path)
-    answer, _, _, _ = _baked(arguments, path)
-    return answer
+    job = _job(arguments)
+    scene, view_layer = _open(arguments, path)
+    return _baked(arguments, job, scene, view_layer, _output(arguments))[0]
 
 
 def _animation(arguments: argparse.Namespace, path: Path | None) -> dict:
@@ -196,36 +210,76 @@ def _frames(text: str) -> range:
 
 
 def _compare(arguments: argparse.Namespace, path: Path | None) -> dict:
-    answer, result, scene, view_layer = _baked(arguments, path)
+    """One technique, or several whose files go to folders of their own and which one report has side by side."""
+    jobs = _jobs(arguments)
+    if arguments.target == "volume":
+        raise UsageError("Cycles has no volume of light to compare with: compare --target image")
+    if arguments.target != "image" and (arguments.dark or arguments.curves):
+        raise UsageError("--dark and --curves are of camera images: compare --target image")
+    if len(jobs) > 1 and arguments.save:
+        raise UsageError("--save FILE goes with one method; without a name each method's folder gets a .blend")
+    scene, view_layer = _open(arguments, path)
+    for job in jobs:
+        if job.target == "lightmap" and layout.is_shared(scene, job.settings):
+            raise UsageError("Cycles bakes each object to an image of its own: compare lightmaps with atlas=object")
+        if job.target == "vertices" and job.settings.domain == "corner":
+            raise UsageError("Cycles bakes to vertices: compare with domain=point")
+    if arguments.dark:
+        try:
+            dark_box(arguments.dark, scene)
+        except ValueError as error:
+            raise UsageError(f"--dark: {error}") from error
+    folder, answers, results = _output(arguments), {}, {}
+    for job in jobs:
+        own = folder / job.method if len(jobs) > 1 else folder
+        answers[job.method], results[job.method] = _baked(arguments, job, scene, view_layer, own)
     _progress(1.0, "Cycles")
-    lightmap_uvs.put_all({bpy.data.meshes[name, None]: uvs for name, uvs in result.uvs.items()})
-    report = compare(result, scene, view_layer, samples=arguments.reference_samples, folder=_output(arguments))
+    for result in results.values():
+        lightmap_uvs.put_all({bpy.data.meshes[name, None]: uvs for name, uvs in result.uvs.items()})
+    report = compare(
+        results, scene, view_layer,
+        samples=arguments.reference_samples, folder=folder, dark=arguments.dark, curves=arguments.curves,
+    )  # fmt: skip
     _progress(None, "")
+    answer = answers[jobs[0].method]
+    if len(jobs) > 1:
+        answer |= {"method": ",".join(answers), "seconds": sum(a["seconds"] for a in answers.values())}
+        answer["stages"] = {f"{m} {k}": v for m, a in answers.items() for k, v in a["stages"].items()}
+        for kind in ("outputs", "approximated", "warnings"):
+            answer[kind] = list(dict.fromkeys(text for a in answers.values() for text in a[kind]))
     answer["outputs"] += [str(p) for p in report.paths]
     answer["metrics"] = report.metrics
     answer["stages"]["Cycles"] = report.seconds
     return answer
 
 
+def _jobs(arguments: argparse.Namespace) -> list[Job]:
+    """A job for each method that is named; a setting goes to those that have it."""
+    methods = list(dict.fromkeys(name.strip() for name in arguments.method.split(",")))
+    if len(methods) == 1:
+        return [_job(arguments)]
+    known = {m: {f.name for f in fields(METHODS[m].settings)} for m in methods if m in METHODS}
+    jobs = []
+    for method in methods:
+        # What no method has stays, and is refused as ever.
+        own = [
+            text for text in arguments.set
+            if (name := text.partition("=")[0]) in known.get(method, ()) or not any(name in k for k in known.values())
+        ]  # fmt: skip
+        jobs.append(_job(argparse.Namespace(**{**vars(arguments), "method": method, "set": own})))
+    return jobs
+
+
 _COMMANDS = {"bake": _bake, "compare": _compare, "check": _check}
 
 
 def _baked(
-    arguments: argparse.Namespace, path: Path | None
-) -> tuple[dict, Result, bpy.types.Scene, bpy.types.ViewLayer]:
+    arguments: argparse.Namespace, job: Job, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, output: Path
+) -> tuple[dict, Result]:
     """The bake that `bake` and `compare` share: files written, and what is said about it."""
-    job = _job(arguments)
-    scene, view_layer = _open(arguments, path)
-    output = _output(arguments)
     file = _save_file(arguments, output)
     if job.target == "vertices" and arguments.command == "bake" and file is None:
         raise UsageError("light at vertices is kept in the .blend: add --save, or --save FILE")
-    if arguments.command == "compare" and job.target == "lightmap" and layout.is_shared(scene, job.settings):
-        raise UsageError("Cycles bakes each object to an image of its own: compare lightmaps with atlas=object")
-    if arguments.command == "compare" and job.target == "vertices" and job.settings.domain == "corner":
-        raise UsageError("Cycles bakes to vertices: compare with domain=point")
-    if job.target == "volume" and arguments.command == "compare":
-        raise UsageError("Cycles has no volume of light to compare with: compare --target image")
     begin = time.perf_counter()
     result = _followed(bake(scene, view_layer, job, output))
 
@@ -242,7 +296,7 @@ def _baked(
         "outputs": outputs, "metrics": None,
         "approximated": list(result.approximated), "warnings": list(result.warnings),
     }  # fmt: skip
-    return answer, result, scene, view_layer
+    return answer, result
 
 
 def _job(arguments: argparse.Namespace) -> Job:
@@ -358,10 +412,12 @@ def _table(answer: dict) -> str:
         )
         return ("".join(_finding(f) for f in answer["findings"]) or "ready to bake\n") + volume + maps
     lines = [f"{answer['method']} {answer['target']} on {answer['device']}"]
-    lines += [f"  {stage:<10}{seconds:8.2f} s" for stage, seconds in answer["stages"].items()]
-    lines += [f"  {'bake':<10}{answer['seconds']:8.2f} s"]
-    for name, values in (answer["metrics"] or {}).items():
-        lines.append(f"  {name}: " + "  ".join(f"{k} {v:.4g}" for k, v in values.items()))
+    wide = max(10, 1 + max(map(len, answer["stages"]), default=0))
+    lines += [f"  {stage:<{wide}}{seconds:8.2f} s" for stage, seconds in answer["stages"].items()]
+    lines += [f"  {'bake':<{wide}}{answer['seconds']:8.2f} s"]
+    for technique, found in (answer["metrics"] or {}).items():
+        for name, values in found.items():
+            lines.append(f"  {technique}, {name}: " + "  ".join(f"{k} {v:.4g}" for k, v in values.items()))
     lines += [f"approximated: {text}" for text in answer["approximated"]]
     lines += [f"warning: {text}" for text in answer["warnings"]]
     lines += [f"wrote {path}" for path in answer["outputs"]]

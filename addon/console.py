@@ -14,9 +14,7 @@ def main() -> int:
     """Runs the command line on sys.argv; the exit code."""
     # bpy speaks already when it is imported.
     with quiet():
-        # Modules that come with Blender, openvdb among them: its program has them on the path, the wheel has not.
-        folder = Path(importlib.util.find_spec("bpy").origin).parent
-        sys.path.extend(str(p) for p in folder.glob("*/python/lib/python3.*/site-packages"))
+        find_blenders_modules()
         from . import cli
     code = cli.main()
     bpy = sys.modules["bpy"]
@@ -26,3 +24,10 @@ def main() -> int:
         sys.stderr.flush()
         os._exit(code)
     return code
+
+
+def find_blenders_modules() -> None:
+    """Puts modules that come with Blender, openvdb among them, on the path: its program has them there, the wheel has
+    not."""
+    folder = Path(importlib.util.find_spec("bpy").origin).parent
+    sys.path.extend(str(p) for p in folder.glob("*/python/lib/python3.*/site-packages"))

@@ -369,7 +369,7 @@ class GI_OT_compare(Operator):
                 session.results[line.key], scene, view_layer, self.samples or scene.gi_bake.reference_samples, folder
             )
             page = next(path for path in report.paths if path.suffix == ".html")
-            images = baked.compared(line, report.comparisons, page, folder)
+            images = baked.compared(line, report.subjects, page, folder)
         except Exception as error:
             findings = _failure(error)
             session.found(scene, findings)

@@ -10,15 +10,11 @@ suits the reference.
 import numpy as np
 
 from . import display
-
-try:
-    import flip_evaluator
-except ImportError:  # a development tool; the extension travels without it
-    flip_evaluator = None
+from . import flip as flip_error
 
 
 def measure(test: np.ndarray, reference: np.ndarray, mask: np.ndarray | None = None) -> dict[str, float]:
-    """All measures: relmse, rmse, bias, psnr, ssim, and flip where flip_evaluator is installed.
+    """All measures: relmse, rmse, bias, psnr, ssim, flip.
 
     Raises ValueError for images of different shapes, non-finite values among the pixels that count, and an empty mask.
     """
@@ -34,16 +30,14 @@ def measure(test: np.ndarray, reference: np.ndarray, mask: np.ndarray | None = N
     x, r = test[mask].astype(np.float64), reference[mask].astype(np.float64)
     exposure = display.exposure_of(reference, mask)
     shown = [display.srgb(np.where(mask[..., None], i, 0) * np.float64(exposure)) for i in (test, reference)]
-    measures = {
+    return {
         "relmse": relmse(x, r),
         "rmse": float(np.sqrt(np.mean((x - r) ** 2))),
         "bias": bias(x, r),
         "psnr": psnr(shown[0][mask], shown[1][mask]),
         "ssim": ssim(shown[0] @ display.LUMINANCE, shown[1] @ display.LUMINANCE, mask),
+        "flip": flip(test, reference, mask),
     }
-    if flip_evaluator is not None:
-        measures["flip"] = flip(test, reference, mask)
-    return measures
 
 
 def relmse(x: np.ndarray, r: np.ndarray) -> float:
@@ -86,16 +80,27 @@ def ssim(x: np.ndarray, r: np.ndarray, mask: np.ndarray | None = None) -> float:
 
 
 def flip(test: np.ndarray, reference: np.ndarray, mask: np.ndarray | None = None) -> float:
-    """Mean HDR-FLIP error, 0…1, of its authors' flip_evaluator, which finds its own exposures; NaN against black."""
+    """Mean HDR-FLIP error, 0…1; NaN against black."""
     mask = np.ones(test.shape[:2], bool) if mask is None else mask
-    # flip_evaluator ends the process when the reference leaves it no exposure to choose.
+    return float(np.mean(flip_map(test, reference, mask)[mask]))
+
+
+def flip_map(test: np.ndarray, reference: np.ndarray, mask: np.ndarray) -> np.ndarray:
+    """HDR-FLIP error of each pixel, (h, w) in 0…1; NaN against black."""
     if not (reference[mask] > 0).any():
-        return float("nan")
+        return np.full(mask.shape, np.nan)
     # Equal pixels of a middling value outside the mask add no error and hardly move FLIP's choice of exposures.
     filler = np.median(reference[mask], axis=0)
-    images = [np.maximum(np.where(mask[..., None], i, filler), 0).astype(np.float32) for i in (reference, test)]
-    error_map, _, _ = flip_evaluator.evaluate(*images, "HDR", applyMagma=False)
-    return float(np.mean(np.reshape(error_map, mask.shape)[mask]))
+    return flip_error.error_map(*(np.where(mask[..., None], i, filler) for i in (test, reference)))
+
+
+def leak(test: np.ndarray, reference: np.ndarray, dark: np.ndarray, lit: np.ndarray) -> float:
+    """Light where it should be dark over the reference's light elsewhere, by their means; NaN where there is neither.
+
+    dark, lit: (h, w) bool.
+    """
+    light = float(np.mean(reference[lit])) if lit.any() else 0.0
+    return float(np.mean(test[dark])) / light if light > 0 and dark.any() else float("nan")
 
 
 def _window(image: np.ndarray) -> np.ndarray:

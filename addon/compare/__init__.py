@@ -1,121 +1,200 @@
 # SPDX-FileCopyrightText: 2026 GI Bake authors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A bake measured against Cycles: light, not beauty, direct and indirect apart, on equal terms."""
+"""Bakes measured against Cycles: light, not beauty, direct and indirect apart, on equal terms."""
 
 import os
 import platform
-import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import bpy
 import numpy as np
 
-from ...gi_core import metrics
-from ..bake import Light, Result
-from .reference import camera_reference, lightmap_reference, vertex_reference
-from .report import Comparison, write_report
-
-# Another sequence than the bakes' default, so that nothing agrees by chance.
-_SEED = 7919
+from ...gi_core import exr
+from ..bake import Result
+from ..read.box import box_corners
+from ..write.images import file_stem
+from . import curves as over_time
+from .edges import smooth
+from .halves import Truth, truth
+from .machine import processor, version
+from .report import write_report
+from .subject import Subject, summed
 
 
 @dataclass(frozen=True)
 class Report:
-    """paths: files written. metrics: name of what was compared -> measure -> value. seconds: that Cycles took.
-
-    comparisons: the pictures.
-    """
+    """paths: files written. metrics: technique -> name of what was compared -> measure -> value. seconds: that Cycles
+    took for the reference, now or when it was made. subjects: the pictures."""
 
     paths: tuple[Path, ...]
-    metrics: dict[str, dict[str, float]]
+    metrics: dict[str, dict[str, dict[str, float]]]
     seconds: float
-    comparisons: tuple[Comparison, ...] = ()
+    subjects: tuple[Subject, ...] = ()
 
 
 def compare(
-    result: Result, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, samples: int, folder: Path
+    results: Result | dict[str, Result],
+    scene: bpy.types.Scene,
+    view_layer: bpy.types.ViewLayer,
+    samples: int,
+    folder: Path,
+    dark: str = "",
+    curves: bool = False,
 ) -> Report:
-    """Renders with Cycles what was baked, at the same bounces, and writes FOLDER/report.html and .json.
+    """Renders with Cycles what was baked, at the same bounces, and writes FOLDER/report.html and .json, the reference
+    as EXR, and FOLDER/reference.npz, which saves the next comparison of the same scene the render.
 
+    results: one, or several by the name that each has in the report, of the same target, objects, size and bounces.
     samples: of Cycles for each pixel, texel or vertex. The scene must be at the frame that was baked; it is left as it
         was.
-    Raises RuntimeError where Cycles refuses.
+    dark: a box that is to be dark, 'x y z x y z' [m] or an object's name: what light is there is a leak. For camera
+        images. curves: also error over time, of each technique at several budgets and of Cycles; for camera images.
+    Raises RuntimeError where Cycles refuses, ValueError for results that cannot be compared with one another.
     """
-    job, begin = result.job, time.perf_counter()
-    terms = {"samples": samples, "bounces": job.settings.bounces, "seed": _SEED}
-    left_out: list[str] = []
+    results = {results.job.method: results} if isinstance(results, Result) else results
+    result = next(iter(results.values()))
+    job = result.job
+    if len({_what(r) for r in results.values()}) > 1:
+        raise ValueError("results of different targets, objects, sizes, bounces or anti-aliasing cannot be compared")
+    if job.target != "image" and (dark or curves):
+        raise ValueError("a dark region and error over time are of camera images: compare the target image")
+    # Cycles bakes meshes, and nothing else that has a surface.
+    names = [name for name in result.light if view_layer.objects[name].type == "MESH"]
+    if job.target != "image" and not names:
+        raise RuntimeError(f"Cycles bakes meshes only: convert {', '.join(result.light)} to one")
+    left_out = [f"{name} is no mesh: not compared" for name in result.light if name not in names]
+    laid = {place.name: place.uv for page in result.pages for place in page.places}
+    maps = {name: laid.get(name, "") for name in names}
+    found = truth(scene, view_layer, job, _size(result), maps, samples, folder)
     if job.target == "image":
-        antialias = job.settings.antialias > 1
-        comparisons = _image(
-            result, camera_reference(scene, view_layer, resolution=_size(result), antialias=antialias, **terms)
-        )
+        subjects = _camera(results, found, dark_box(dark, scene) if dark else None)
     else:
-        # Cycles bakes meshes, and nothing else that has a surface.
-        names = [name for name in result.light if view_layer.objects[name].type == "MESH"]
-        if not names:
-            raise RuntimeError(f"Cycles bakes meshes only: convert {', '.join(result.light)} to one")
-        left_out = [f"{name} is no mesh: not compared" for name in result.light if name not in names]
-        comparisons = []
-        for kind in filter(job.wants, ("direct", "indirect")):
-            if job.target == "lightmap":
-                maps = {place.name: place.uv for page in result.pages for place in page.places if place.name in names}
-                side = next(iter(result.light.values())).valid.shape[0]
-                found = lightmap_reference(scene, view_layer, maps, side, passes=(kind.upper(),), **terms)
-            else:
-                found = vertex_reference(scene, view_layer, names, passes=(kind.upper(),), **terms)
-            comparisons += [_light(name, kind, result.light[name], found[name]) for name in names]
-    seconds = time.perf_counter() - begin
-    facts = {
-        "technique": job.method,
-        "target": job.target,
-        "scene": f"{Path(bpy.data.filepath).name}, {scene.name}, frame {scene.frame_current}",
-        "device": result.device,
-        "processor": f"{os.cpu_count()} cores, {platform.machine()}",
-        "seconds": sum(result.stages.values()),
-        "stages": result.stages,
-        "settings": asdict(job.settings),
-        "reference": {
-            "renderer": f"Cycles, Blender {bpy.app.version_string}", **terms, "clamping": 0, "denoising": "none",
-            "seconds": seconds,
-        },
-        "approximated": list(result.approximated),
-        "warnings": [*result.warnings, *left_out],
+        subjects = _objects(results, found, names)
+
+    rows, ratios = None, None
+    if curves:
+        indirect = next(s for s in subjects if s.kind == "indirect")
+        rows = over_time.curves(scene, view_layer, results, indirect.reference, indirect.mask)
+        ratios = over_time.against_cycles(rows, indirect.floor["relmse"])
+    techniques = {
+        label: {
+            "method": r.job.method, "device": r.device, "seconds": sum(r.stages.values()), "stages": r.stages,
+            "settings": asdict(r.job.settings), "approximated": list(r.approximated),
+            "warnings": [*r.warnings, *left_out],
+        }
+        for label, r in results.items()
     }  # fmt: skip
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = write_report(
-        folder, f"GI Bake and Cycles: {Path(bpy.data.filepath).stem or scene.name}", comparisons, facts
-    )
-    return Report(paths, {c.name: c.metrics for c in comparisons}, seconds, tuple(comparisons))
+    reference = {
+        **found.terms, "rendered": found.made + (", kept from an earlier comparison" if found.kept else ""),
+        "seconds": found.seconds,
+    }  # fmt: skip
+    about = {
+        "scene": f"{Path(bpy.data.filepath).name}, {scene.name}, frame {scene.frame_current}", "target": job.target,
+        "light": "diffuse, without colour: E/π", "version": f"GI Bake {version()}", "seed": job.settings.seed,
+        "machine": f"{processor()}, {os.cpu_count()} cores, {platform.system()}",
+    }  # fmt: skip
+    title = f"GI Bake and Cycles: {Path(bpy.data.filepath).stem or scene.name}"
+    paths = write_report(folder, title, subjects, techniques, reference, about, rows, ratios)
+    measured = {label: {s.name: s.measures[label] for s in subjects} for label in results}
+    return Report((*paths, *_images(found, folder, view_layer.name)), measured, found.seconds, tuple(subjects))
+
+
+def dark_box(text: str, scene: bpy.types.Scene) -> np.ndarray:
+    """The region that is to be dark, (2, 3): its lower and upper corner. Raises ValueError for what is no box."""
+    try:
+        corners = np.array([float(n) for n in box_corners(text, scene).split()]).reshape(2, 3)
+    except ValueError:
+        raise ValueError(f"the dark region is '{text}': name an object, or give a box as 'x y z x y z'") from None
+    return np.sort(corners, axis=0)
+
+
+def _what(result: Result) -> tuple:
+    """What has to be equal of results that stand side by side."""
+    job = result.job
+    terms = job.settings.bounces, job.settings.antialias > 1, job.target == "image" or job.settings.light
+    return job.target, _size(result), tuple(result.light), job.uv, *terms
 
 
 def _size(result: Result) -> tuple[int, int]:
-    height, width = result.layers["Combined"].shape[:2]
-    return width, height
+    """(width, height) of the camera image or of each lightmap; (0, 0) of light at vertices."""
+    if result.layers:
+        height, width = result.layers["Combined"].shape[:2]
+        return width, height
+    side = next(iter(result.light.values())).valid.shape
+    return (side[1], side[0]) if len(side) == 2 else (0, 0)
 
 
-def _image(result: Result, reference: dict[str, np.ndarray]) -> list[Comparison]:
-    names = ("Diffuse Indirect", "Diffuse Direct")
-    comparisons = [_comparison(name, result.layers[name], reference[name], None) for name in names]
+def _camera(results: dict[str, Result], found: Truth, box: np.ndarray | None) -> list[Subject]:
+    light, noise, first = found.light, found.noise, next(iter(results.values()))
+    seen = light["Diffuse Color"].any(-1)
+    # Of pixels' centres both see the same; a pixel's mean is another matter where surfaces lie one behind the other.
+    mask = seen
+    if first.job.settings.antialias > 1:
+        mask = seen & smooth(light["Position"], light["Normal"], light["Depth"][..., 0])
+    dark = _inside(light["Position"], box) if box is not None else None
+    if dark is not None and not (dark & mask).any():
+        raise ValueError("the camera sees nothing of the dark region")
+
+    def subject(name, kind, mask, seen, dark=None):
+        ours = {label: r.layers[name] for label, r in results.items()}
+        return Subject(name, kind, light[name], noise[name], mask, seen, ours, dark)
+
+    indirect, direct = (subject(f"Diffuse {k.title()}", k, mask, seen, dark) for k in ("indirect", "direct"))
+    subjects = [indirect, direct, summed(direct, indirect, "Diffuse Direct and Indirect")]
     # Cycles sees more points of a pixel, and of a silhouette's it may be the only one that meets what is glossy.
-    shown = result.layers.get("Glossy Color", np.zeros((1, 1, 3))).any(-1)
+    shown = np.logical_and.reduce(
+        [r.layers.get("Glossy Color", np.zeros((*seen.shape, 3))).any(-1) for r in results.values()]
+    )
     if shown.any():
-        names = ("Glossy Indirect", "Glossy Direct")
-        comparisons += [_comparison(name, result.layers[name], reference[name], shown) for name in names]
-    return comparisons
+        subjects += [subject(f"Glossy {k.title()}", f"glossy {k}", shown, shown) for k in ("indirect", "direct")]
+    return subjects
 
 
-def _light(name: str, kind: str, light: Light, reference: np.ndarray) -> Comparison:
-    ours = light.direct if kind == "direct" else light.indirect
-    valid = light.centred
-    if reference.shape[-1] == 4:
+def _objects(results: dict[str, Result], found: Truth, names: list[str]) -> list[Subject]:
+    subjects = []
+    for name in names:
+        lights = [_object(results, found, name, k) for k in ("direct", "indirect") if (name, k) in found.light]
+        lights = [light for light in lights if light]
+        subjects += lights
+        if len(lights) == 2:
+            subjects.append(summed(*lights, f"{name}, direct and indirect"))
+    return subjects
+
+
+def _object(results: dict[str, Result], found: Truth, name: str, kind: str) -> Subject | None:
+    """None where no texel has a value on both sides."""
+    reference, noise = found.light[name, kind], found.noise[name, kind]
+    valid = np.logical_and.reduce([r.light[name].centred for r in results.values()])
+    ours = {label: getattr(r.light[name], kind) for label, r in results.items()}
+    flat = valid.ndim == 2
+    if flat:
         # Cycles bakes the texels whose centre a face covers; the others it leaves to the margin.
         valid = valid & (reference[..., 3] > 0)
-    if ours.ndim == 2:
+    else:
         # Vertices as an image of one row.
-        ours, reference, valid = ours[None], reference[None], valid[None]
-    return _comparison(f"{name}, {kind}", ours, reference[..., :3], valid)
+        reference, noise, valid, ours = reference[None], noise[None], valid[None], {k: v[None] for k, v in ours.items()}
+    if not valid.any():
+        return None
+    return Subject(f"{name}, {kind}", kind, reference[..., :3], noise[..., :3], valid, valid, ours, flat=flat)
 
 
-def _comparison(name: str, ours: np.ndarray, reference: np.ndarray, mask: np.ndarray | None) -> Comparison:
-    return Comparison(name, ours, reference, mask, metrics.measure(ours, reference, mask))
+def _inside(position: np.ndarray, box: np.ndarray) -> np.ndarray:
+    """Pixels whose place lies in a box: (h, w) bool."""
+    return ((position >= box[0]) & (position <= box[1])).all(-1)
+
+
+def _images(found: Truth, folder: Path, view_layer: str) -> list[Path]:
+    """The reference as EXR: layers of one file for a camera image, a file for each lightmap."""
+    if "Position" in found.light:
+        path = folder / "reference.exr"
+        spread = {f"{name} Noise": found.noise[name] for name in ("Diffuse Direct", "Diffuse Indirect")}
+        exr.write_layers(path, found.light | spread, view_layer)
+        return [path]
+    paths = []
+    for number, ((name, kind), pixels) in enumerate(found.light.items()):
+        if pixels.ndim == 3:
+            paths.append(folder / "reference" / f"{number:03d} {file_stem(name)} {kind}.exr")
+            paths[-1].parent.mkdir(exist_ok=True)
+            exr.write_image(paths[-1], pixels)
+    return paths

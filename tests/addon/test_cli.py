@@ -71,8 +71,28 @@ def test_compare_measures(sample, tmp_path):
     done = gi_bake("compare", sample("cornell"), "--output", tmp_path, "--reference-samples", 16, "--json", *QUICK)
     assert done.returncode == 0, done.stderr
     answer = json.loads(done.stdout)
-    assert any("relmse" in values for values in answer["metrics"].values())
-    assert {"report.html", "report.json"} <= {p.name for p in tmp_path.iterdir()}
+    assert answer["metrics"]["rsm"]["Diffuse Indirect"]["relmse"] > 0
+    assert {"report.html", "report.json", "reference.exr"} <= {p.name for p in tmp_path.iterdir()}
+    assert {str(p) for p in tmp_path.iterdir()} - set(answer["outputs"]) == {str(tmp_path / "reference.npz")}
+
+
+def test_techniques_side_by_side(sample, tmp_path):
+    """A setting goes to the methods that have it; each method's files lie in a folder of their own."""
+    done = gi_bake(
+        "compare", sample("thin_wall"), "--method", "rsm,ssgi", "--output", tmp_path, "--reference-samples", 8,
+        "--json", "--curves", "--dark", "0.1 -9 -9 9 9 9", "--set", "frames=2", "--set", "denoise=none",
+        "--save", *QUICK,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    answer = json.loads(done.stdout)
+    assert (answer["method"], list(answer["metrics"])) == ("rsm,ssgi", ["rsm", "ssgi"])
+    assert {p.name for p in (tmp_path / "ssgi").iterdir()} == {"image.exr", "image.png", "thin_wall.blend"}
+    told = json.loads((tmp_path / "report.json").read_text())
+    assert told["techniques"]["ssgi"]["settings"]["frames"] == 2
+    assert told["techniques"]["rsm"]["settings"]["samples"] == told["techniques"]["ssgi"]["settings"]["samples"] == 4
+    assert {"rsm", "ssgi", "Cycles", "Cycles, OIDN"} == set(told["curves"])
+    # The right room is dark; rays find no way through its wall.
+    assert told["techniques"]["rsm"]["comparisons"]["Diffuse Indirect"]["leak"] < 1e-6
 
 
 @pytest.mark.parametrize(
@@ -90,6 +110,11 @@ def test_compare_measures(sample, tmp_path):
         (("bake", "{}", "--save", "/nowhere/at/all.blend"), "folder"),
         (("bake", "{}", "--frame", "99999999999"), "frame"),
         (("compare", "{}", "--reference-samples", "0"), "less than 1"),
+        (("compare", "{}", "--method", "rsm,magic"), "magic"),
+        (("compare", "{}", "--method", "rsm,lpv", "--set", "frames=2"), "frames"),
+        (("compare", "{}", "--method", "rsm,lpv", "--save", "file.blend"), "one method"),
+        (("compare", "{}", "--dark", "Nobody"), "Nobody"),
+        (("compare", "{}", "--target", "lightmap", "--curves"), "camera"),
         (("bake",), "required"),
         (("fry", "{}"), "invalid choice"),
     ],

@@ -20,6 +20,7 @@ from gi_bake.addon.standard_output import quiet
 with quiet():
     import bpy
     from gi_bake.addon.bake import Job, bake
+    from gi_bake.addon.compare.edges import smooth
     from gi_bake.addon.compare.reference import camera_reference
 
 import numpy as np
@@ -28,22 +29,6 @@ from gi_bake.gi_core.rsm.settings import RsmSettings
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_blends"
 COUNTS = (16, 64, 256, 1024)
-
-
-def smooth_depth(depth):
-    """Pixels whose depth is within 5 % of all their neighbours': (h, w) bool."""
-    jump = np.zeros(depth.shape, bool)
-    for axis in (0, 1):
-        step = np.abs(np.diff(depth, axis=axis)) > 0.05 * np.minimum(*_both(depth, axis))
-        before, after = [(0, 0), (0, 0)], [(0, 0), (0, 0)]
-        before[axis], after[axis] = (0, 1), (1, 0)
-        jump |= np.pad(step, before) | np.pad(step, after)
-    return ~jump
-
-
-def _both(values, axis):
-    n = values.shape[axis]
-    return np.take(values, range(n - 1), axis), np.take(values, range(1, n), axis)
 
 
 def measured(scene, view_layer, job, reference, mask):
@@ -63,7 +48,7 @@ def one_scene(name, resolution, reference_samples):
     def cycles(bounces, samples):
         halves = [camera_reference(scene, view_layer, samples // 2, bounces, seed, size) for seed in (11, 12)]
         a, b = (h["Diffuse Indirect"] for h in halves)
-        mask = smooth_depth(halves[0]["Depth"][..., 0])
+        mask = smooth(halves[0]["Position"], halves[0]["Normal"], halves[0]["Depth"][..., 0])
         return (a + b) / 2, metrics.relmse(a[mask], b[mask]) / 4, mask
 
     reference, noise, mask = cycles(1, reference_samples)

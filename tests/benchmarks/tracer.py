@@ -36,11 +36,8 @@ def bumps() -> Scene:
     )
 
 
-def main():
-    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    arguments.add_argument("--json", type=Path)
-    file = arguments.parse_args().json
-
+def rates() -> dict:
+    """Mrays/s of each kind of query."""
     geometry = Geometry(bumps())
     tracer = Tracer(geometry)
     rng = np.random.default_rng(0)
@@ -53,7 +50,7 @@ def main():
         "closest": lambda part: tracer.closest(origins[part], directions[part]),
     }
     parts = tiles.slices(RAYS, TILE)
-    rates = {}
+    found = {}
     for name, query in queries.items():
         begin = time.perf_counter()
         for part in parts:
@@ -62,16 +59,24 @@ def main():
         begin = time.perf_counter()
         tiles.finish(tiles.run(query, parts))
         every = time.perf_counter() - begin
-        rates[name] = {
+        found[name] = {
             "one core [Mrays/s]": RAYS / one / 1e6,
             "all cores [Mrays/s]": RAYS / every / 1e6,
             "ratio": one / every,
         }
-    result = {"triangles": len(geometry.triangles), "rays": RAYS, "cores": os.cpu_count(), "rates": rates}
+    return {"triangles": len(geometry.triangles), "rays": RAYS, "cores": os.cpu_count(), "rates": found}
+
+
+def main():
+    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    arguments.add_argument("--json", type=Path)
+    file = arguments.parse_args().json
+    result = rates()
     if file:
         file.write_text(json.dumps(result, indent=1))
     lines = [f"{result['triangles']} triangles, {RAYS} rays, {result['cores']} cores"]
-    lines += [f"  {name:<8}" + "  ".join(f"{k} {v:6.2f}" for k, v in values.items()) for name, values in rates.items()]
+    for name, values in result["rates"].items():
+        lines.append(f"  {name:<8}" + "  ".join(f"{k} {v:6.2f}" for k, v in values.items()))
     os.write(1, ("\n".join(lines) + "\n").encode())
 
 

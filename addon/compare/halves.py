@@ -1,0 +1,126 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The reference of a comparison: two renders of half the samples each, kept until something changes.
+
+Their mean is the reference, and half their difference says how noisy it is: the variance of the mean of two is a
+quarter of that of their difference.
+"""
+
+import hashlib
+import json
+import time
+import zipfile
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+import bpy
+import numpy as np
+
+from ..bake import Job
+from .fingerprint import fingerprint
+from .reference import camera_reference, lightmap_reference, vertex_reference
+
+# Two sequences, neither the bakes' default, so that nothing agrees by chance.
+SEEDS = (7919, 7920)
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What Cycles found.
+
+    light: name -> (h, w, c) float32, a pass of the camera image by its name, or (object, "direct" or "indirect").
+    noise: the same, half the difference of two renders. seconds: that rendering took. made: when, in UTC.
+    kept: whether it is of an earlier comparison. samples: of both renders together. terms: how it was rendered.
+    """
+
+    light: dict[str | tuple[str, str], np.ndarray]
+    noise: dict[str | tuple[str, str], np.ndarray]
+    seconds: float
+    made: str
+    kept: bool
+    terms: dict
+
+
+def truth(
+    scene: bpy.types.Scene,
+    view_layer: bpy.types.ViewLayer,
+    job: Job,
+    resolution: tuple[int, int],
+    maps: dict[str, str],
+    samples: int,
+    folder: Path,
+) -> Truth:
+    """What Cycles makes of a job's target at the scene's current frame, at the job's bounces.
+
+    resolution: (width, height) of the camera image, or of each lightmap. maps: the objects that are baked, and of each
+        the UV map that its lightmap lies on.
+    samples: of Cycles for each pixel, texel or vertex, at least 2. folder: FOLDER/reference.npz is taken where it is of
+        the same scene and terms, and is written where it is not.
+    Raises RuntimeError and ValueError where Cycles refuses.
+    """
+    half = max(1, (samples + 1) // 2)
+    terms = {
+        "renderer": f"Cycles, Blender {bpy.app.version_string}", "device": "CPU", "samples": 2 * half,
+        "bounces": job.settings.bounces, "seeds": SEEDS, "clamping": 0, "denoising": "none",
+        "antialias": job.settings.antialias > 1 if job.target == "image" else False,
+        "resolution": resolution,
+    }  # fmt: skip
+    asked = {**terms, "target": job.target, "maps": maps, "layer": view_layer.name,
+             "light": [kind for kind in ("direct", "indirect") if job.wants(kind)]}  # fmt: skip
+    key = hashlib.sha256(f"{fingerprint(scene, view_layer)} {json.dumps(asked)}".encode()).hexdigest()
+    path = Path(folder) / "reference.npz"
+    if found := _read(path, key):
+        return Truth(*found, True, terms)
+    begin = time.perf_counter()
+    one, other = (_rendered(scene, view_layer, job, resolution, maps, half, seed) for seed in SEEDS)
+    light = {name: (one[name] + other[name]) / 2 for name in one}
+    noise = {name: (one[name] - other[name]) / 2 for name in one}
+    # Where surfaces lie is no matter of noise, and the mean of two places is none.
+    light |= {name: one[name] for name in ("Position", "Depth") if name in one}
+    found = light, noise, time.perf_counter() - begin, datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
+    _write(path, key, *found)
+    return Truth(*found, False, terms)
+
+
+def _rendered(scene, view_layer, job, resolution, maps, samples, seed):
+    terms = {"samples": samples, "bounces": job.settings.bounces, "seed": seed}
+    if job.target == "image":
+        antialias = job.settings.antialias > 1
+        return camera_reference(scene, view_layer, resolution=resolution, antialias=antialias, **terms)
+    found = {}
+    for kind in filter(job.wants, ("direct", "indirect")):
+        if job.target == "lightmap":
+            baked = lightmap_reference(scene, view_layer, maps, resolution[0], passes=(kind.upper(),), **terms)
+        else:
+            baked = vertex_reference(scene, view_layer, list(maps), passes=(kind.upper(),), **terms)
+        found |= {(name, kind): pixels for name, pixels in baked.items()}
+    return found
+
+
+def _read(path, key):
+    """What was kept under a key; None where there is nothing, something else, or a file that cannot be read."""
+    try:
+        with np.load(path, allow_pickle=False) as file:
+            about = json.loads(str(file["about"]))
+            if about["key"] != key:
+                return None
+            names = [tuple(name) if isinstance(name, list) else name for name in about["names"]]
+            light, noise = ({n: file[f"{kind}{i}"] for i, n in enumerate(names)} for kind in ("light", "noise"))
+            return light, noise, about["seconds"], about["made"]
+    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile):
+        return None
+
+
+def _write(path, key, light, noise, seconds, made):
+    about = json.dumps({"key": key, "names": list(light), "seconds": seconds, "made": made})
+    parts = {"light": light, "noise": noise}
+    arrays = {f"{kind}{i}": array for kind, found in parts.items() for i, array in enumerate(found.values())}
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_name(f".{path.name}.part")
+    try:
+        with part.open("wb") as file:
+            np.savez(file, about=np.array(about), **arrays)
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)

@@ -1,0 +1,112 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Every sample scene with every technique, small, against Cycles' pictures in tests/references (`make references`).
+
+A test of statistics over blocks of pixels: each block's mean may differ from Cycles' by what noise explains, on both
+sides, and by what the technique is known to be off. Noise is known from two renders each. What fails leaves a report in
+out/pictures/.
+"""
+
+import statistics
+from pathlib import Path
+
+import bpy
+import numpy as np
+import OpenEXR
+import pytest
+from gi_bake.addon.bake import Job, bake
+from gi_bake.addon.compare.report import write_report
+from gi_bake.addon.compare.subject import Subject
+from gi_bake.gi_core import exr, tiles
+from gi_bake.gi_core.techniques import METHODS
+from gi_bake.tests.references import build
+
+EVIDENCE = Path(__file__).resolve().parents[2] / "out" / "pictures"
+BLOCK = 6
+# How likely one picture fails that is right.
+ALPHA = 0.001
+SETTINGS = {
+    "rsm": {"samples": 32, "light_samples": 16, "map_resolution": 128, "denoise": "none"},
+    "lpv": {"light_samples": 16, "map_resolution": 128, "cells": 32, "cascades": 2},
+    "ssgi": {"samples": 16, "light_samples": 16, "frames": 2, "denoise": "none"},
+}
+# By how much of its light a block may be off, and what share of the picture's mean counts besides in the dark.
+KNOWN = {"rsm": 0.05, "ssgi": 0.25, "lpv": 0.35}
+DARK = 0.1
+# Share of blocks that may be off by more, for what a technique's README says it cannot do.
+REST = {"rsm": 0.0, "ssgi": 0.05, "lpv": 0.1}
+NAMES = sorted(p.stem for p in build.SAMPLES.glob("*.blend"))
+
+
+def reference(name):
+    file = build.HERE / f"{name}.exr"
+    with OpenEXR.File(str(file)) as opened:
+        of = opened.header()["scene"]
+    assert of == build.digest(name), f"{file} is of an earlier {name}.blend: make references ARGS={name}"
+    return exr.read_layers(file)
+
+
+def baked(method, seed):
+    settings = METHODS[method].settings(seed=seed, bounces=build.BOUNCES, antialias=1, **SETTINGS[method])
+    job = Job(method=method, resolution=build.SIDE, settings=settings)
+    return tiles.finish(bake(bpy.context.scene, bpy.context.view_layer, job)).layers
+
+
+def blocks(image, mask):
+    """Means of what counts in blocks of pixels, (n, c), of those with at least a quarter that does."""
+    found = []
+    for row in range(0, mask.shape[0], BLOCK):
+        for column in range(0, mask.shape[1], BLOCK):
+            part = slice(row, row + BLOCK), slice(column, column + BLOCK)
+            if mask[part].sum() >= BLOCK**2 / 4:
+                found.append(image[part][mask[part]].mean(0))
+    return np.array(found)
+
+
+def share_off(ours, noise, theirs, spread, mask, known):
+    """Share of blocks that are off by more than noise and what is known explain.
+
+    ours, theirs: (h, w, 3). noise, spread: half the differences of two renders, of each side.
+    """
+    n = len(blocks(mask[..., None], mask))
+    # Of n blocks and three channels none, by chance, but with the probability ALPHA (Šidák).
+    z = statistics.NormalDist().inv_cdf(1 - (1 - (1 - ALPHA) ** (1 / (3 * n))) / 2)
+    r = blocks(theirs, mask)
+    # A block's own two halves say little of its spread; all blocks say how spread grows with light.
+    deviation = np.hypot(*(_deviation(blocks(part, mask), r) for part in (noise, spread)))
+    allowed = known * (r + DARK * r.mean()) + z * deviation
+    return float((np.abs(blocks(ours, mask) - r) > allowed).any(-1).mean())
+
+
+def _deviation(halves, light):
+    """Standard deviation of blocks as a line over their light, from half differences of two renders: (n, c)."""
+    size = np.abs(halves)
+    line = np.polyval(np.polyfit(light.ravel(), size.ravel(), 1), light)
+    # The mean size of a normal deviate is √(2/π) of its deviation.
+    return np.sqrt(np.pi / 2) * np.maximum(line, size.mean() / 4)
+
+
+@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("name", NAMES)
+def test_the_picture_is_cycles_own(sample, name, method):
+    bpy.ops.wm.open_mainfile(filepath=str(sample(name)))
+    truth = reference(name)
+    mask = truth["Counted"][..., 0] > 0
+    seeds = (1, 2) if METHODS[method].in_passes(METHODS[method].settings()) or method == "ssgi" else (1,)
+    found = [baked(method, seed) for seed in seeds]
+    off = {}
+    for kind in build.LIGHTS:
+        ours, noise = (found[0][kind] + found[-1][kind]) / 2, (found[0][kind] - found[-1][kind]) / 2
+        # Lamps are asked directly, whatever the technique.
+        known = KNOWN[method] if kind == "Diffuse Indirect" else KNOWN["rsm"]
+        off[kind] = share_off(ours, noise, truth[kind], truth[f"{kind} Noise"], mask, known)
+    if off["Diffuse Indirect"] > REST[method] or off["Diffuse Direct"] > REST["rsm"]:
+        subjects = [
+            Subject(k, k.split()[1].lower(), truth[k], truth[f"{k} Noise"], mask, mask, {method: found[0][k]})
+            for k in build.LIGHTS
+        ]
+        folder = EVIDENCE / f"{name} {method}"
+        folder.mkdir(parents=True, exist_ok=True)
+        told = {"settings": SETTINGS[method], "stages": {}, "approximated": [], "warnings": []}
+        page, _ = write_report(folder, f"{name}, {method}", subjects, {method: told}, {}, {"blocks off": str(off)})
+        pytest.fail(f"{off} of blocks are off; look at {page}")

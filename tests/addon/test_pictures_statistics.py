@@ -1,0 +1,37 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""The test that holds pictures against Cycles' passes what is right within noise, and finds what is not."""
+
+import numpy as np
+import pytest
+from gi_bake.tests.addon.test_pictures import share_off
+
+SHAPE = (48, 48, 3)
+
+
+def two_renders(truth, deviation, rng):
+    """Mean and half difference of two, with as much noise as light."""
+    a, b = (truth * (1 + deviation * rng.normal(size=SHAPE)) for _ in range(2))
+    return (a + b) / 2, (a - b) / 2
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_noise_passes_and_errors_do_not(seed):
+    rng = np.random.default_rng(seed)
+    light = np.broadcast_to(np.linspace(0.1, 1, 48)[:, None, None], SHAPE)
+    theirs, spread = two_renders(light, 0.2, rng)
+    mask = np.ones(SHAPE[:2], bool)
+
+    def off(truth, known=0.0):
+        return share_off(*two_renders(truth, 0.3, rng), theirs, spread, mask, known)
+
+    assert off(light) == 0
+    assert off(light * 1.5) > 0.8 and off(light * 1.5, known=0.6) == 0
+    # One block that is wrong is found among all others.
+    wrong = light.copy()
+    wrong[12:18, 30:36] *= 2
+    assert off(wrong) == pytest.approx(1 / 64)
+    # So is a band of blocks that has too little of one colour.
+    wrong = light.copy()
+    wrong[:6, :, 2] *= 0.4
+    assert off(wrong) >= 6 / 64

@@ -1,0 +1,247 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""What the benchmark measures, each case in a process of its own: `python cases.py CASE '{"setting": …}'` prints rows
+as JSON, name -> measure -> value. `suite.py` calls it.
+"""
+
+import importlib
+import json
+import os
+import pkgutil
+import sys
+import threading
+import time
+from pathlib import Path
+
+from gi_bake.addon.console import find_blenders_modules
+from gi_bake.addon.standard_output import quiet
+
+with quiet():
+    find_blenders_modules()
+    import bpy
+    from gi_bake.addon import preflight
+    from gi_bake.addon.bake import Job, Refused, bake
+    from gi_bake.addon.compare import _camera, _objects, _size
+    from gi_bake.addon.compare.curves import CYCLES_SAMPLES, curves
+    from gi_bake.addon.compare.halves import truth
+    from gi_bake.addon.read.images import ImageReader
+
+import numpy as np
+from gi_bake.gi_core import kernels, metrics, tiles
+from gi_bake.gi_core.geometry import Geometry
+from gi_bake.gi_core.scene import ColorSource, Instance, Material, Mesh, Scene
+from gi_bake.gi_core.techniques import METHODS
+from gi_bake.gi_core.trace import Tracer
+from lightmaps import unwrap
+from tracer import rates
+
+SAMPLES = Path(__file__).resolve().parents[2] / "sample_blends"
+# Cycles bakes objects one after the other; these are enough to tell.
+OBJECTS = 6
+
+
+def opened(name):
+    bpy.ops.wm.open_mainfile(filepath=str(SAMPLES / f"{name}.blend"))
+    return bpy.context.scene, bpy.context.view_layer
+
+
+def measured(work):
+    """What a function gives, its seconds, and by how many MB memory rose above what it was, where Linux tells."""
+    status = Path("/proc/self/status")
+    tells = status.is_file()
+
+    def memory(name):
+        return int(status.read_text().partition(f"{name}:")[2].split()[0]) / 1024 if tells else float("nan")
+
+    if tells:
+        Path("/proc/self/clear_refs").write_text("5")
+    before, begin = memory("VmRSS"), time.perf_counter()
+    value = work()
+    return value, {"seconds": time.perf_counter() - begin, "memory [MB]": max(0.0, memory("VmHWM") - before)}
+
+
+def settings_of(method, asked):
+    """The settings of a method with those that were asked for and that it has."""
+    kind = METHODS[method].settings
+    return kind(**{k: v for k, v in asked.items() if k in kind.__dataclass_fields__})
+
+
+def sample(name, side, texels, reference, settings, folder):
+    """A sample scene with every technique for every target, against Cycles at the same bounces."""
+    rows = {}
+    for target in ("image", "lightmap", "vertices", "volume"):
+        for method in METHODS:
+            scene, view_layer = opened(name)
+            meshes = [obj for obj in view_layer.objects if obj.type == "MESH" and not obj.hide_render]
+            unwrap(meshes)
+            names = tuple(sorted(obj.name for obj in meshes)[:OBJECTS]) if target in ("lightmap", "vertices") else ()
+            try:
+                job = Job(method=method, target=target, objects=names, resolution=side if target == "image" else texels,
+                          settings=settings_of(method, settings))  # fmt: skip
+                result, row = measured(lambda j=job, s=scene, v=view_layer: tiles.finish(bake(s, v, j)))
+            except (Refused, ValueError) as error:
+                if target != "volume" or method == "lpv":
+                    rows[f"{name} {target} {method}"] = {"refused": str(error)}
+                continue
+            if target != "volume":
+                row |= errors(scene, view_layer, job, result, names, reference, folder / f"{name} {target}")
+            rows[f"{name} {target} {method}"] = row
+            del result
+    return rows
+
+
+def errors(scene, view_layer, job, result, names, samples, folder):
+    """relMSE and bias of indirect light over all that counts, the reference's noise, and how long that took."""
+    folder.mkdir(parents=True, exist_ok=True)
+    found = truth(scene, view_layer, job, _size(result), list(names), samples, folder)
+    results = {job.method: result}
+    every = _camera(results, found, None) if job.target == "image" else _objects(results, found, list(names))
+    every = [s for s in every if s.kind == "indirect"]
+    if not every:
+        return {}
+    x, r, n = (
+        np.concatenate([image(s)[s.mask] for s in every]).astype(np.float64)
+        for image in (lambda s: s.ours[job.method], lambda s: s.reference, lambda s: s.noise)
+    )
+    return {
+        "relMSE": metrics.relmse(x, r), "noise": metrics.relmse(r + n, r), "bias": metrics.bias(x, r),
+        "Cycles' seconds": found.seconds,
+    }  # fmt: skip
+
+
+def cycles(name, side, reference, settings, folder, counts=CYCLES_SAMPLES):
+    """Error over time of Cycles' camera image, as it is and denoised."""
+    scene, view_layer = opened(name)
+    job = Job(resolution=side, settings=settings_of("rsm", settings | {"samples": 1, "light_samples": 1}))
+    result = tiles.finish(bake(scene, view_layer, job))
+    folder = folder / f"{name} image"
+    folder.mkdir(parents=True, exist_ok=True)
+    found = truth(scene, view_layer, job, _size(result), [], reference, folder)
+    indirect = _camera({"rsm": result}, found, None)[0]
+    rows = curves(scene, view_layer, {"rsm": result}, indirect.reference, indirect.mask, (), counts)
+    return {
+        f"{name} image {label}, {r['budget']}": {"seconds": r["seconds"], "relMSE": r["relmse"], "bias": r["bias"],
+                                                 "noise": indirect.floor["relmse"]}
+        for label in rows if label != "rsm" for r in rows[label]
+    }  # fmt: skip
+
+
+def reading(name):
+    """Reading a scene out of Blender, and its trees."""
+    scene, view_layer = opened(name)
+    (_, core), row = measured(lambda: preflight.inspected(scene, view_layer, ImageReader(), target="image"))
+    _, trees = measured(lambda: Tracer(Geometry(core)))
+    count = sum(len(core.meshes[i.mesh].triangles) for i in core.instances)
+    return {f"read {name}": {**row, "triangles": count}, f"trees {name}": {**trees, "triangles": count}}
+
+
+def rays():
+    return {f"rays, {name}": values for name, values in rates()["rates"].items()}
+
+
+def of_kernels(side, settings):
+    """Seconds of all threads in each kernel while Cornell is baked with every technique, and rows a second."""
+    found, lock = {}, threading.Lock()
+
+    def timed(name, function):
+        def run(*arguments, **more):
+            begin = time.perf_counter()
+            value = function(*arguments, **more)
+            seconds = time.perf_counter() - begin
+            count = next((len(a) for a in arguments if isinstance(a, np.ndarray) and a.ndim), 0)
+            with lock:
+                row = found.setdefault(f"kernel {name}", {"seconds": 0.0, "calls": 0, "rows": 0})
+                row["seconds"] += seconds
+                row["calls"] += 1
+                row["rows"] += count
+            return value
+
+        return run
+
+    replaced = {}
+    for module in pkgutil.iter_modules(kernels.__path__):
+        function = getattr(importlib.import_module(f"{kernels.__name__}.{module.name}"), module.name, None)
+        if callable(function):
+            replaced[function] = timed(module.name, function)
+    for module in [m for n, m in sys.modules.items() if n.startswith("gi_bake.gi_core") and ".kernels." not in n]:
+        for name, value in list(vars(module).items()):
+            if callable(value) and getattr(value, "__hash__", None) and value in replaced:
+                setattr(module, name, replaced[value])
+    scene, view_layer = opened("cornell")
+    for method in METHODS:
+        for more in ({}, {"propagation": "flat"}, {"tracer": "bitmask"}):
+            if more.keys() <= METHODS[method].settings.__dataclass_fields__.keys():
+                job = Job(method=method, resolution=side, settings=settings_of(method, settings | more))
+                tiles.finish(bake(scene, view_layer, job))
+    return {name: row | {"rows [M/s]": row.pop("rows") / row["seconds"] / 1e6} for name, row in found.items()}
+
+
+def triangles(count, queries=1 << 18):
+    """Trees of a bumpy sheet, and shadow rays over it."""
+    side = round((count / 2) ** 0.5) + 1
+    x, y = np.meshgrid(np.linspace(0, 1, side, dtype=np.float32), np.linspace(0, 1, side, dtype=np.float32))
+    vertices = np.dstack([x, y, 0.1 * np.sin(40 * x) * np.cos(43 * y)]).reshape(-1, 3)
+    i = np.arange(side * side, dtype=np.int32).reshape(side, side)
+    a, b, c, d = i[:-1, :-1], i[:-1, 1:], i[1:, 1:], i[1:, :-1]
+    faces = np.concatenate([np.dstack([a, b, c]).reshape(-1, 3), np.dstack([a, c, d]).reshape(-1, 3)])
+    mesh = Mesh("sheet", vertices, faces, np.zeros((len(faces), 3, 3), np.float32), np.zeros(len(faces), np.int32))
+    white = Material("white", ColorSource(np.ones(3, np.float32)))
+    scene = Scene((mesh,), (Instance("sheet", 0, np.eye(4), (0,)),), (white,))
+    tracer, row = measured(lambda: Tracer(Geometry(scene)))
+    rng = np.random.default_rng(0)
+    origins = rng.uniform((0, 0, -0.1), (1, 1, 0.3), (queries, 3)).astype(np.float32)
+    directions = rng.standard_normal((queries, 3)).astype(np.float32)
+    far = np.ones(queries, np.float32)
+    begin = time.perf_counter()
+    shadows = tiles.run(lambda p: tracer.occluded(origins[p], directions[p], far[p]), tiles.slices(queries, 1 << 15))
+    tiles.finish(shadows)
+    seconds = time.perf_counter() - begin
+    return {f"trees, {count} triangles": row, f"{queries} rays, {count} triangles": {"seconds": seconds}}
+
+
+def texels(count):
+    """A lightmap of the floor of Cornell, a few samples."""
+    scene, view_layer = opened("cornell")
+    settings = settings_of("rsm", {"samples": 4, "light_samples": 4, "map_resolution": 128})
+    job = Job(target="lightmap", objects=("Floor",), resolution=count, settings=settings)
+    _, row = measured(lambda: tiles.finish(bake(scene, view_layer, job)))
+    return {f"lightmap, {count}² texels": row}
+
+
+def lights(count):
+    """Cornell with so many lamps under its ceiling."""
+    scene, view_layer = opened("cornell")
+    for i in range(count):
+        lamp = bpy.data.lights.new("Lamp", "POINT")
+        lamp.energy = 10 / count
+        obj = bpy.data.objects.new("Lamp", lamp)
+        obj.location = 0.7 * np.cos(2.4 * i), 0.7 * np.sin(2.4 * i), 1.7
+        scene.collection.objects.link(obj)
+    job = Job(resolution=64, settings=settings_of("rsm", {"samples": 8, "light_samples": 1, "map_resolution": 64}))
+    _, row = measured(lambda: tiles.finish(bake(scene, view_layer, job)))
+    return {f"image, {count} lamps": row}
+
+
+def cells(count):
+    """A volume of one grid, light going from neighbour to neighbour."""
+    scene, view_layer = opened("sunlit_room")
+    settings = {"cells": count, "cascades": 1, "propagation": "flat", "map_resolution": 128}
+    job = Job(method="lpv", target="volume", settings=settings_of("lpv", settings))
+    _, row = measured(lambda: tiles.finish(bake(scene, view_layer, job)))
+    return {f"volume, {count}³ cells": row}
+
+
+CASES = {f.__name__: f for f in (sample, cycles, reading, rays, of_kernels, triangles, texels, lights, cells)}
+
+
+def main():
+    case, arguments = sys.argv[1], json.loads(sys.argv[2])
+    if "folder" in arguments:
+        arguments["folder"] = Path(arguments["folder"])
+    with quiet():
+        rows = CASES[case](**arguments)
+    os.write(1, json.dumps(rows).encode())
+
+
+if __name__ == "__main__":
+    main()
