@@ -90,6 +90,8 @@ def _notes(source: Feed) -> Iterator[str]:
         yield f"'{node.name}' depends on the view, and its mean is taken"
     if what := _NOT_THERE.get(node.type):
         yield f"'{node.name}' {what}"
+    if node.type == "NEW_GEOMETRY" and source.socket.name == "Pointiness":
+        yield f"'{node.name}' takes the mesh's triangles for how pointed it is"
     kind = getattr(node, "attribute_type", "GEOMETRY")
     if getattr(node, "from_instancer", False) or kind == "INSTANCER":
         yield f"'{node.name}' is taken of the object, not of what shows copies of it"

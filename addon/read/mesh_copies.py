@@ -104,8 +104,11 @@ class MeshCopy:
             mesh.attributes.default_color_name = self.color
         mesh.use_auto_texspace = False
         mesh.texspace_location, mesh.texspace_size = self.texture_space
-        normals = mesh.attributes.new("custom_normal", "FLOAT_VECTOR", "CORNER")
-        normals.data.foreach_set("vector", np.ascontiguousarray(self.mesh.normals).reshape(-1))
+        if bpy.app.version >= (5, 0, 0):
+            normals = mesh.attributes.new("custom_normal", "FLOAT_VECTOR", "CORNER")
+            normals.data.foreach_set("vector", np.ascontiguousarray(self.mesh.normals).reshape(-1))
+        else:  # with such an attribute Blender 4.5 leaves faces out of a bake; this is slower
+            mesh.normals_split_custom_set(self.mesh.normals.reshape(-1, 3))
         if self.resting is not None:
             obj.shape_key_add(name="Basis")
             moved = obj.shape_key_add(name="Moved", from_mix=False)

@@ -95,7 +95,9 @@ class SurfaceBakes:
             if len(alike) < _OBJECTS:
                 alike[own] = Patch(material.original, expressions, index, slots, place)
                 self.patches.append(alike[own])
-                if index not in self._meshes:
+                if np.count_nonzero(np.isin(mesh.slots, slots)) > _TRIANGLES:
+                    alike[own].note = f"mesh '{mesh.name}' has too many triangles to bake it"
+                elif index not in self._meshes:
                     self._meshes[index] = MeshCopy.of(entry.object, mesh)
             else:
                 patches = list(alike.values())[:_OBJECTS]
@@ -115,10 +117,11 @@ class SurfaceBakes:
             studio = None
             for done, patch in enumerate(self.patches):
                 yield done / len(self.patches)
-                copy, where = self._meshes[patch.mesh], (patch.mesh, patch.slots)
+                copy, where = self._meshes.get(patch.mesh), (patch.mesh, patch.slots)
+                if copy is None:
+                    continue
                 kept = np.isin(copy.mesh.slots, patch.slots)
-                if np.count_nonzero(kept) > _TRIANGLES:
-                    patch.note = f"mesh '{copy.mesh.name}' has too many triangles to bake it"
+                if np.count_nonzero(kept) > _TRIANGLES:  # copied for other slots
                     continue
                 if where not in atlases:
                     atlases[where] = triangle_atlas(copy.mesh.vertices[copy.mesh.triangles], kept, texels)
@@ -133,6 +136,7 @@ class SurfaceBakes:
                         yield done / len(self.patches)
                     patch.textures[expression.key] = _source(expression.name, pixels, patch.uv)
         self._cache.trim()
+        self._meshes.clear()
         return uvs
 
     def with_uvs(self, meshes: tuple[Mesh, ...], uvs: dict[int, dict[str, np.ndarray]]) -> tuple[Mesh, ...]:
@@ -169,7 +173,7 @@ class _Studio:
         scene.render.engine = "CYCLES"
         cycles = scene.cycles
         cycles.device, cycles.samples, cycles.shading_system = "CPU", 1, user.cycles.shading_system
-        cycles.use_denoising = cycles.use_adaptive_sampling = False
+        cycles.use_denoising = cycles.use_adaptive_sampling = cycles.use_auto_tile = False
         self._scene = scene
         return self
 
