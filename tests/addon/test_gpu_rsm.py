@@ -121,7 +121,8 @@ def pixels(width, height, step, seed=1):
     place = np.flatnonzero(rng.random(width * height) > 0.1)
     place = place[place >= 3 * width]
     position = np.stack([place % width, place // width, rng.random(len(place))], -1).astype(np.float32)
-    normal = unit(rng, len(place)) * 0.2 + np.float32([0, 0, 1])
+    rough = np.where(rng.random((len(place), 1)) > 0.2, 0.1, 0.7)
+    normal = (unit(rng, len(place)) * rough + [0, 0, 1]).astype(np.float32)
     size = width, height
     return place, position, normal, np.full(len(place), step, np.float32), rows_of(place, size, step), size, step
 
