@@ -173,4 +173,3 @@ def camera_layers(found: dict[str, np.ndarray], camera: Camera, transparent: boo
         **gloss,
         **medium,
     }
-

@@ -4,11 +4,11 @@
 
     python tests/benchmarks/gpu.py [--scene pan] [--size 960x540] [--pairs 3] [--only TEXT] [--json FILE]
 
-Both are timed in turn, as many pairs as asked for; ratios are the pairs' median, seconds are the least. Of a driver that
-computes on the processor the ratio of processor time is told too, which says more where others use the machine. Images lie
-where they are worked on before a kernel starts; a frame starts from the G-buffer in memory and ends with the result
-there. What is moved is what a kernel's arrays hold, each once. The ceiling is that of texels read, where their number
-is known, else that of memory; both are measured here, by shaders that do nothing else.
+Both are timed in turn, as many pairs as asked for; ratios are the pairs' median, seconds are the least. Of a driver
+that computes on the processor the ratio of processor time is told too, which says more where others use the machine.
+Images lie where they are worked on before a kernel starts; a frame starts from the G-buffer in memory and ends with
+the result there. What is moved is what a kernel's arrays hold, each once. The ceiling is that of texels read, where
+their number is known, else that of memory; both are measured here, by shaders that do nothing else.
 """
 
 import argparse
@@ -304,9 +304,9 @@ def main():
         "|---|---|---|---|---|---|---|",
     ]  # fmt: skip
     for name, r in report["kernels"].items():
-        lines.append(f"| {name} | {r['numpy']:.3f} | {r['gpu']:.3f} | {r['ratio']:.1f} | "
-                     f"{f'{r["processor"]:.1f}' if gpu.software else '–'} | {r['moved'] / 1e6:.0f} | "
-                     f"{r['ceiling']:.0%} of {r['of']} |")  # fmt: skip
+        busy = f"{r['processor']:.1f}" if gpu.software else "–"
+        lines.append(f"| {name} | {r['numpy']:.3f} | {r['gpu']:.3f} | {r['ratio']:.1f} | {busy} | "
+                     f"{r['moved'] / 1e6:.0f} | {r['ceiling']:.0%} of {r['of']} |")  # fmt: skip
     if a.json:
         a.json.write_text(json.dumps(report, indent=1))
     os.write(1, ("\n".join(lines) + "\n").encode())
