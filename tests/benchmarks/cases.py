@@ -5,6 +5,7 @@ as JSON, name -> measure -> value. `suite.py` calls it.
 """
 
 import importlib
+import inspect
 import json
 import os
 import pkgutil
@@ -140,7 +141,7 @@ def rays():
 
 
 def of_kernels(side, settings):
-    """Seconds of all threads in each kernel while Cornell is baked with every technique, and rows a second."""
+    """Seconds of all threads in each kernel's functions while Cornell is baked with every technique."""
     found, lock = {}, threading.Lock()
 
     def timed(name, function):
@@ -148,24 +149,23 @@ def of_kernels(side, settings):
             begin = time.perf_counter()
             value = function(*arguments, **more)
             seconds = time.perf_counter() - begin
-            count = next((len(a) for a in arguments if isinstance(a, np.ndarray) and a.ndim), 0)
             with lock:
-                row = found.setdefault(f"kernel {name}", {"seconds": 0.0, "calls": 0, "rows": 0})
+                row = found.setdefault(f"kernel {name}", {"seconds": 0.0, "calls": 0})
                 row["seconds"] += seconds
                 row["calls"] += 1
-                row["rows"] += count
             return value
 
         return run
 
     replaced = {}
-    for module in pkgutil.iter_modules(kernels.__path__):
-        function = getattr(importlib.import_module(f"{kernels.__name__}.{module.name}"), module.name, None)
-        if callable(function):
-            replaced[function] = timed(module.name, function)
+    for info in pkgutil.iter_modules(kernels.__path__):
+        module = importlib.import_module(f"{kernels.__name__}.{info.name}")
+        for name, function in vars(module).items():
+            if inspect.isfunction(function) and function.__module__ == module.__name__ and name[0] != "_":
+                replaced[function] = timed(name if name == info.name else f"{info.name}.{name}", function)
     for module in [m for n, m in sys.modules.items() if n.startswith("gi_bake.gi_core") and ".kernels." not in n]:
         for name, value in list(vars(module).items()):
-            if callable(value) and getattr(value, "__hash__", None) and value in replaced:
+            if inspect.isfunction(value) and value in replaced:
                 setattr(module, name, replaced[value])
     scene, view_layer = opened("cornell")
     for method in METHODS:
@@ -173,7 +173,7 @@ def of_kernels(side, settings):
             if more.keys() <= METHODS[method].settings.__dataclass_fields__.keys():
                 job = Job(method=method, resolution=side, settings=settings_of(method, settings | more))
                 tiles.finish(bake(scene, view_layer, job))
-    return {name: row | {"rows [M/s]": row.pop("rows") / row["seconds"] / 1e6} for name, row in found.items()}
+    return found
 
 
 def triangles(count, queries=1 << 18):

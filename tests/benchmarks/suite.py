@@ -38,7 +38,7 @@ QUICK = {
 # Measure -> how it is written. The order is the table's.
 COLUMNS = {
     "seconds": "{:.3g}", "memory [MB]": "{:.0f}", "relMSE": "{:.5f}", "noise": "{:.5f}", "bias": "{:+.1%}",
-    "Cycles, OIDN, same error": "{}", "Cycles, OIDN, same time": "{}", "triangles": "{}", "rows [M/s]": "{:.3g}",
+    "Cycles, OIDN, same error": "{}", "Cycles, OIDN, same time": "{}", "triangles": "{}", "calls": "{}",
     "one core [Mrays/s]": "{:.2f}", "all cores [Mrays/s]": "{:.2f}",
 }  # fmt: skip
 
