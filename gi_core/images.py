@@ -165,3 +165,4 @@ def camera_layers(found: dict[str, np.ndarray], camera: Camera, transparent: boo
         "Depth": np.where(surface, depth, np.float32(1e10)),
         **gloss,
     }
+
