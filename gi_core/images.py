@@ -173,3 +173,4 @@ def camera_layers(found: dict[str, np.ndarray], camera: Camera, transparent: boo
         **gloss,
         **medium,
     }
+
