@@ -15,8 +15,8 @@ from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, St
 from ..gi_core.settings import Settings
 
 _CAPITALS = {
-    "cpu": "CPU", "gpu": "GPU", "hdrp": "HDRP", "lpv": "LPV", "mean": "True Mean", "oidn": "Open Image Denoise",
-    "uv": "UV",
+    "cpu": "CPU", "exr": "EXR", "gltf": "glTF", "gpu": "GPU", "hdrp": "HDRP", "lpv": "LPV", "mean": "True Mean",
+    "oidn": "Open Image Denoise", "rgbd": "RGBD", "rgbm": "RGBM", "srgb": "sRGB", "uv": "UV",
 }  # fmt: skip
 # What Blender writes behind a value. Other units go behind the name.
 _SUBTYPES = {"m": "DISTANCE", "s": "TIME_ABSOLUTE", "pixels": "PIXEL", "texels": "PIXEL"}

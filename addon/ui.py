@@ -29,8 +29,14 @@ MAIN = {
     "ssgi": ("mode", "samples", "bounces", "denoise", "fallback"),
 }
 
+# What lightmaps have beside their resolution, in the order in which they are made.
+LIGHTMAPS = (
+    "atlas", "density", "unwrap", "padding", "margin", "stitch", "directional", "exr", "encoding", "exposure", "gltf",
+    "rebake",
+)
+
 # Shared settings that are shown elsewhere or that a technique has no use for.
-_ELSEWHERE = {"device", "memory", "light", "margin", "antialias", "glossy"}
+_ELSEWHERE = {"device", "memory", "light", "antialias", "glossy", *LIGHTMAPS}
 
 # When a setting has an effect; the others always have one.
 _USED: dict[str, Callable[[bpy.types.PropertyGroup, bpy.types.PropertyGroup], bool]] = {
@@ -59,13 +65,22 @@ _USED: dict[str, Callable[[bpy.types.PropertyGroup, bpy.types.PropertyGroup], bo
     "fallback": lambda shared, own: own.mode == "SCREEN_SPACE",
     "cameras": lambda shared, own: shared.target != "IMAGE",
     "debug": lambda shared, own: shared.target == "IMAGE",
+    "domain": lambda shared, own: shared.target == "VERTICES",
+    "exposure": lambda shared, own: shared.encoding == "SRGB",
+    "glossy_lookup": lambda shared, own: shared.target == "IMAGE" and shared.glossy,
+    "fog_density": lambda shared, own: shared.target == "IMAGE",
+    **dict.fromkeys(
+        ("fog_albedo", "fog_anisotropy", "fog_steps"),
+        lambda shared, own: shared.target == "IMAGE" and own.fog_density > 0,
+    ),
 }  # fmt: skip
 
 # What a bake is doing, for people.
 STAGES = {
     "": "Starting", "read": "Reading the scene", "trees": "Building ray trees", "maps": "Light from lamps",
     "points": "Finding points", "lamps": "Direct light", "gather": "Reflected light", "denoise": "Filtering",
-    "oidn": "Open Image Denoise", "gloss": "Reflections",
+    "oidn": "Open Image Denoise", "gloss": "Reflections", "medium": "Fog", "unwrap": "Making UV maps",
+    "materials": "Baking materials", "layout": "Laying out lightmaps", "borders": "Seams and borders",
 }  # fmt: skip
 
 
@@ -170,7 +185,6 @@ def _resolution(column, group, context):
             column.prop_search(group, "uv", active.data, "uv_layers", icon="GROUP_UVS", results_are_suggestions=True)
         else:
             column.prop(group, "uv")
-        _prop(column, group, "margin", context)
 
 
 def _buttons(layout, context):
@@ -265,6 +279,21 @@ class GI_PT_extent(_Panel, Panel):
             names.append("folder")
         for name in names:
             _prop(column, group, name, context)
+
+
+class GI_PT_lightmaps(_Panel, Panel):
+    bl_idname = "GI_PT_lightmaps"
+    bl_label = "Lightmaps"
+    bl_parent_id = "GI_PT_main"
+    bl_options = {"DEFAULT_CLOSED"}
+
+    @classmethod
+    def poll(cls, context):
+        return context.scene.gi_bake.target == "LIGHTMAP"
+
+    def draw(self, context):
+        group = context.scene.gi_bake
+        _settings(self._split(), group, group.method.lower(), LIGHTMAPS, context)
 
 
 class _Technique(_Panel):
@@ -431,8 +460,8 @@ def _in_sidebar(panel: type) -> type:
 
 
 _panels = (
-    GI_PT_main, GI_PT_rsm, GI_PT_rsm_advanced, GI_PT_lpv, GI_PT_lpv_advanced, GI_PT_ssgi, GI_PT_ssgi_advanced,
-    GI_PT_extent, GI_PT_results,
+    GI_PT_main, GI_PT_lightmaps, GI_PT_rsm, GI_PT_rsm_advanced, GI_PT_lpv, GI_PT_lpv_advanced, GI_PT_ssgi,
+    GI_PT_ssgi_advanced, GI_PT_extent, GI_PT_results,
 )  # fmt: skip
 classes = (GI_UL_results, *_panels, *(_in_sidebar(panel) for panel in _panels), GI_PT_object)
 register, unregister = bpy.utils.register_classes_factory(classes)

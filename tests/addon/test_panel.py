@@ -177,7 +177,8 @@ def test_a_comparison_is_noted_and_shown_in_layers(gi, tmp_path):
     bpy.ops.gi.bake(target="IMAGE")
     assert bpy.ops.gi.compare(samples=4, folder=str(tmp_path)) == {"FINISHED"}
     [line] = group.results
-    told = json.loads((tmp_path / "report.json").read_text())["comparisons"]["Diffuse Indirect"]
+    told = json.loads((tmp_path / "report.json").read_text())["techniques"]["rsm"]
+    told = told["comparisons"]["Diffuse Indirect"]
     assert line.compared and line.error == pytest.approx(told["relmse"]) and line.bias == pytest.approx(told["bias"])
     exr = gi("gi_core.exr")
     layers = exr.read_layers(tmp_path / "Diffuse Indirect comparison.exr")
