@@ -101,7 +101,6 @@ def test_techniques_side_by_side(sample, tmp_path):
         (("bake", "{}", "--method", "raytrace"), "raytrace"),
         (("bake", "{}", "--method", "magic"), "magic"),
         (("bake", "{}", "--target", "volume"), "volume"),
-        (("bake", "{}", "--device", "gpu"), "card"),
         (("bake", "{}", "--set", "samples"), "KEY=VALUE"),
         (("bake", "{}", "--set", "samples=none"), "samples"),
         (("bake", "{}", "--resolution", "1"), "resolution"),
