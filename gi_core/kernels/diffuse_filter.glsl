@@ -21,7 +21,7 @@ void kernel(int i)
   vec4 row_y = matrix(1);
   vec4 row_z = matrix(2);
   vec4 row_w = matrix(3);
-  vec2 turn = turned == 1 ? sine_cosine(6.283185307179586 * hash01(pixel, uint(seed))) : vec2(0.0, 1.0);
+  vec2 turn = turned == 1 ? sine_cosine(6.283185307179586 * hash01(uint(pixel), uint(seed))) : vec2(0.0, 1.0);
   value_t total = value(pixel);
   float counted = 1.0;
   for (int k = 0; k < count; k++) {

@@ -74,7 +74,7 @@ def diffuse_filter_on_gpu(
         integers={"width": w, "height": h, "count": taps.shape[-2], "literal": literal, "turned": seed is not None,
                   "seed": signed(seed or 0)},
         floats={"far_": far}, defines={"SHARED": int(len(taps.shape) == 2)},
-        with_sources=("angles", "sampling", "surface_weight"), steps=taps.shape[-2],
+        with_sources=("angles", "hash01", "sampling", "surface_weight"), steps=taps.shape[-2],
     )  # fmt: skip
     return result
 

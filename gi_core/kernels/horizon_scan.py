@@ -110,7 +110,7 @@ def horizon_scan_on_gpu(
         "horizon_scan", n, inputs, {"arrived": arrived, "open_share": open_share},
         integers={"width": w, "height": h, "parallel": parallel, "steps": steps},
         floats={"unit_x": pixel[0], "unit_y": pixel[1], "thickness": thickness, "span": span},
-        defines={"SLICES": n // max(1, len(pixels))}, with_sources=("angles", "sampling"), steps=8 * steps,
+        defines={"SLICES": n // max(1, len(pixels))}, with_sources=("angles", "hash01", "sampling"), steps=8 * steps,
     )  # fmt: skip
     return arrived, open_share
 

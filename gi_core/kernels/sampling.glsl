@@ -1,25 +1,12 @@
 // SPDX-FileCopyrightText: 2026 GI Bake authors
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Sample points and the shapes they are mapped to, as gi_core/sampling.py has them; after angles.glsl.
-
-uint permuted(uint x)
-{
-  x = x * 747796405u + 2891336453u;
-  x = ((x >> ((x >> 28u) + 4u)) ^ x) * 277803737u;
-  return (x >> 22u) ^ x;
-}
-
-// The very numbers of numpy's.
-float hash01(int index, uint seed)
-{
-  return float(permuted(permuted(uint(index) + seed * 0x9E3779B9u)) >> 8u) * 5.9604644775390625e-8;
-}
+// Sample points and the shapes they are mapped to, as gi_core/sampling.py has them; after angles.glsl and hash01.glsl.
 
 // A point of a set, shifted for an index.
 vec2 rotated(vec2 point, int index, uint seed)
 {
-  point += vec2(hash01(index, 2u * seed), hash01(index, 2u * seed + 1u));
+  point += vec2(hash01(uint(index), 2u * seed), hash01(uint(index), 2u * seed + 1u));
   return vec2(point.x >= 1.0 ? point.x - 1.0 : point.x, point.y >= 1.0 ? point.y - 1.0 : point.y);
 }
 

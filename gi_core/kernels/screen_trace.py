@@ -86,6 +86,6 @@ def screen_trace_on_gpu(
         floats={"near_": screen.device(screen.camera.clip[0]), "back": back, "unit_x": unit_x, "unit_y": unit_y,
                 "footprint": screen.footprint(np.ones(1, np.float32))[0]},
         defines={"RAYS": k, "CERTAIN": int(certain), "VALID": int(valid is not None)},
-        with_sources=("angles", "sampling", "march"), steps=steps,
+        with_sources=("angles", "hash01", "sampling", "march"), steps=steps,
     )  # fmt: skip
     return hit

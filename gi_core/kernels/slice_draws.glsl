@@ -8,5 +8,5 @@ void kernel(int i)
   int k = i % SLICES;
   int index = int(place(i / SLICES));
   uint own = uint(more) + 4u * uint(k);
-  set_u(i, vec3(rotated(points(k), index, uint(seed)).x, hash01(index, own + 2u), hash01(index, own + 3u)));
+  set_u(i, vec3(rotated(points(k), index, uint(seed)).x, hash01(uint(index), own + 2u), hash01(uint(index), own + 3u)));
 }

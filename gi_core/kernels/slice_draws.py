@@ -19,6 +19,6 @@ def slice_draws_on_gpu(gpu, place, first: int, count: int, seed: int):
     gpu.dispatch(
         "slice_draws", len(place) * count, {"place": (place, 1), "points": (r2_sequence(count, first), 2)}, {"u": u},
         integers={"seed": signed(seed), "more": signed(seed * 65536 + 4 * first)}, defines={"SLICES": count},
-        with_sources=("angles", "sampling"),
+        with_sources=("angles", "hash01", "sampling"),
     )  # fmt: skip
     return u
