@@ -4,8 +4,10 @@
 
 import numpy as np
 
-# How far a neighbour may lie off a pixel's plane, as a share of its distance from the camera.
-TOLERANCE = 0.05
+# How far a neighbour may lie off a pixel's plane, as a share of its distance from the camera: one that faces elsewhere,
+# as beyond a corner, and one that faces alike, as a picture's frame before the wall that it hangs on.
+TOLERANCE, LEDGE = 0.05, 0.005
+_ALIKE = 0.99
 
 
 def smooth(position: np.ndarray, normal: np.ndarray, distance: np.ndarray) -> np.ndarray:
@@ -21,7 +23,8 @@ def smooth(position: np.ndarray, normal: np.ndarray, distance: np.ndarray) -> np
         one, other = (lambda a, r=r, axis=axis: np.take(a, r, axis) for r in (range(n - 1), range(1, n)))
         step = other(position) - one(position)
         off = np.maximum(*(np.abs((side(normal) * step).sum(-1)) for side in (one, other)))
-        apart = (off > TOLERANCE * np.minimum(one(distance), other(distance))) | (one(surface) != other(surface))
+        allowed = np.where((one(normal) * other(normal)).sum(-1) > _ALIKE, LEDGE, TOLERANCE)
+        apart = (off > allowed * np.minimum(one(distance), other(distance))) | (one(surface) != other(surface))
         before, after = [(0, 0), (0, 0)], [(0, 0), (0, 0)]
         before[axis], after[axis] = (0, 1), (1, 0)
         edge |= np.pad(apart, before) | np.pad(apart, after)
