@@ -67,27 +67,25 @@ def settings_of(method, asked):
     return kind(**{k: v for k, v in asked.items() if k in kind.__dataclass_fields__})
 
 
-def sample(name, side, texels, reference, settings, folder):
-    """A sample scene with every technique for every target, against Cycles at the same bounces."""
+def sample(name, method, side, texels, reference, settings, folder):
+    """A sample scene with a technique for every target, against Cycles at the same bounces."""
     rows = {}
-    for target in ("image", "lightmap", "vertices", "volume"):
-        for method in METHODS:
-            scene, view_layer = opened(name)
-            meshes = [obj for obj in view_layer.objects if obj.type == "MESH" and not obj.hide_render]
-            unwrap(meshes)
-            names = tuple(sorted(obj.name for obj in meshes)[:OBJECTS]) if target in ("lightmap", "vertices") else ()
-            try:
-                job = Job(method=method, target=target, objects=names, resolution=side if target == "image" else texels,
-                          settings=settings_of(method, settings))  # fmt: skip
-                result, row = measured(lambda j=job, s=scene, v=view_layer: tiles.finish(bake(s, v, j)))
-            except (Refused, ValueError) as error:
-                if target != "volume" or method == "lpv":
-                    rows[f"{name} {target} {method}"] = {"refused": str(error)}
-                continue
-            if target != "volume":
-                row |= errors(scene, view_layer, job, result, names, reference, folder / f"{name} {target}")
-            rows[f"{name} {target} {method}"] = row
-            del result
+    for target in ("image", "lightmap", "vertices", *(["volume"] if method == "lpv" else [])):
+        scene, view_layer = opened(name)
+        meshes = [obj for obj in view_layer.objects if obj.type == "MESH" and not obj.hide_render]
+        unwrap(meshes)
+        names = tuple(sorted(obj.name for obj in meshes)[:OBJECTS]) if target in ("lightmap", "vertices") else ()
+        key = f"{name} {target} {method}"
+        try:
+            job = Job(method=method, target=target, objects=names, resolution=side if target == "image" else texels,
+                      settings=settings_of(method, settings))  # fmt: skip
+            result, rows[key] = measured(lambda j=job, s=scene, v=view_layer: tiles.finish(bake(s, v, j)))
+        except Refused as refused:
+            rows[key] = {"refused": ", ".join(sorted({f.code for f in refused.findings if f.severity == "ERROR"}))}
+            continue
+        if target != "volume":
+            rows[key] |= errors(scene, view_layer, job, result, names, reference, folder / f"{name} {target}")
+        del result
     return rows
 
 

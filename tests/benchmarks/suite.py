@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 from gi_bake.addon.compare.curves import error_at, time_at
 from gi_bake.addon.compare.machine import processor, version
+from gi_bake.gi_core.techniques import METHODS
 
 HERE = Path(__file__).resolve().parent
 SCENES = ("cornell", "sunlit_room", "thin_wall", "corridor", "emissive", "props", "pan", "materials")
@@ -49,7 +50,8 @@ def run(case: str, **arguments) -> dict[str, dict]:
     done = subprocess.run(command, capture_output=True, text=True)
     if done.returncode:
         words = (done.stderr.strip().splitlines() or ["no output"])[-1]
-        return {f"{case} {arguments.get('name', arguments.get('count', ''))}".strip(): {"failed": words}}
+        named = [str(arguments[k]) for k in ("name", "method", "count") if k in arguments]
+        return {" ".join([case, *named]): {"failed": words}}
     return json.loads(done.stdout)
 
 
@@ -76,7 +78,9 @@ def measured(plan: dict, folder: Path, only: str, tell) -> tuple[dict, dict]:
     kept = str(folder / "references")
     common = {"side": plan["side"], "reference": plan["reference"], "settings": plan["settings"], "folder": kept}
     for name in SCENES:
-        ours = add("sample", name=name, texels=plan["texels"], **common)
+        ours = {}
+        for method in METHODS:
+            ours |= add("sample", name=name, method=method, texels=plan["texels"], **common)
         theirs = add("cycles", name=name, counts=plan["cycles"], **common)
         against(ours, theirs)
         add("reading", name=name)
