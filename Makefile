@@ -28,7 +28,8 @@ help:
 	@echo 'The environment is made once, in VENV=$(VENV) with PYTHON (found where not given) and BPY="$(BPY)".'
 
 bake: $(READY)
-	@$(VENV)/bin/gi-bake compare "$$SCENE" --method rsm,lpv,ssgi --curves --output "out/$$(basename "$$SCENE" .blend)" --save
+	@$(VENV)/bin/gi-bake compare "$$SCENE" --method rsm,lpv,ssgi --curves --reference-samples 512 \
+	  --output "out/$$(basename "$$SCENE" .blend)" --save
 
 test: $(READY)
 	@$(VENV)/bin/python -m pytest $(ARGS)
