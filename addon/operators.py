@@ -410,7 +410,7 @@ class GI_OT_apply(Operator):
 
     def execute(self, context):
         names = hookup.apply(context.scene)
-        self.report({"INFO"}, rpt_("Applied to {:d} objects").format(len(names)))
+        self.report({"INFO"}, rpt_("Applied to {:d} materials").format(len(names)))
         return {"FINISHED"}
 
 

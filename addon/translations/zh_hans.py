@@ -55,7 +55,7 @@ _TEXTS = {
     "Scene {:s} is being baked": "正在烘焙场景 {:s}",
     "Baked in {:.1f} s": "烘焙用时 {:.1f} 秒",
     "Cancelled, nothing was changed": "已取消，未作任何更改",
-    "Applied to {:d} objects": "已应用到 {:d} 个物体",
+    "Applied to {:d} materials": "已应用到 {:d} 个材质",
     "Selected {:d} objects": "已选择 {:d} 个物体",
     "Texels": "纹素",
     "Points": "采样点",
