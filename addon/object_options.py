@@ -25,6 +25,7 @@ class ObjectOptions:
 
 def object_options(obj: bpy.types.Object) -> ObjectOptions:
     """Of an object as the user made it."""
-    told = getattr(obj, "gi_bake", None)
-    default = ObjectOptions()
+    # Before Blender 5 looking at a group that was never touched would write an empty one into the file.
+    untouched = bpy.app.version < (5, 0) and "gi_bake" not in obj
+    told, default = None if untouched else getattr(obj, "gi_bake", None), ObjectOptions()
     return ObjectOptions(**{name: getattr(told, name, value) for name, value in vars(default).items()})
