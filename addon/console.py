@@ -17,12 +17,16 @@ def main() -> int:
         find_blenders_modules()
         from . import cli
     code = cli.main()
+    sys.stdout.flush()
+    sys.stderr.flush()
     bpy = sys.modules["bpy"]
     if bpy.app.version < (5, 0) and "gpu" in sys.modules:
         # Blender 4.5 hangs while it ends, once it has had a context.
-        sys.stdout.flush()
-        sys.stderr.flush()
         os._exit(code)
+    # What Blender says of its memory as it ends is none of the answer.
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 1)
+    os.close(nowhere)
     return code
 
 

@@ -4,6 +4,7 @@
 
 import os
 import platform
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -64,9 +65,7 @@ def compare(
     if job.target != "image" and not names:
         raise RuntimeError(f"Cycles bakes meshes only: convert {', '.join(result.light)} to one")
     left_out = [f"{name} is no mesh: not compared" for name in result.light if name not in names]
-    laid = {place.name: place.uv for page in result.pages for place in page.places}
-    maps = {name: laid.get(name, "") for name in names}
-    found = truth(scene, view_layer, job, _size(result), maps, samples, folder)
+    found = truth(scene, view_layer, job, _size(result), uv_maps(result, names), samples, folder)
     if job.target == "image":
         subjects = _camera(results, found, dark_box(dark, scene) if dark else None)
     else:
@@ -114,6 +113,12 @@ def _what(result: Result) -> tuple:
     job = result.job
     terms = job.settings.bounces, job.settings.antialias > 1, job.target == "image" or job.settings.light
     return job.target, _size(result), tuple(result.light), job.uv, *terms
+
+
+def uv_maps(result: Result, names: Iterable[str]) -> dict[str, str]:
+    """The UV map that each object's lightmap lies on, "" where there is none."""
+    laid = {place.name: place.uv for page in result.pages for place in page.places}
+    return {name: laid.get(name, "") for name in names}
 
 
 def _size(result: Result) -> tuple[int, int]:

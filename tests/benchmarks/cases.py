@@ -22,10 +22,11 @@ with quiet():
     import bpy
     from gi_bake.addon import preflight
     from gi_bake.addon.bake import Job, Refused, bake
-    from gi_bake.addon.compare import _camera, _objects, _size
+    from gi_bake.addon.compare import _camera, _objects, _size, uv_maps
     from gi_bake.addon.compare.curves import CYCLES_SAMPLES, curves
     from gi_bake.addon.compare.halves import truth
     from gi_bake.addon.read.images import ImageReader
+    from gi_bake.addon.write import lightmap_uvs
 
 import numpy as np
 from gi_bake.gi_core import kernels, metrics, tiles
@@ -92,7 +93,8 @@ def sample(name, method, side, texels, reference, settings, folder):
 def errors(scene, view_layer, job, result, names, samples, folder):
     """relMSE and bias of indirect light over all that counts, the reference's noise, and how long that took."""
     folder.mkdir(parents=True, exist_ok=True)
-    found = truth(scene, view_layer, job, _size(result), list(names), samples, folder)
+    lightmap_uvs.put_all({bpy.data.meshes[name, None]: uvs for name, uvs in result.uvs.items()})
+    found = truth(scene, view_layer, job, _size(result), uv_maps(result, names), samples, folder)
     results = {job.method: result}
     every = _camera(results, found, None) if job.target == "image" else _objects(results, found, list(names))
     every = [s for s in every if s.kind == "indirect"]
@@ -115,7 +117,7 @@ def cycles(name, side, reference, settings, folder, counts=CYCLES_SAMPLES):
     result = tiles.finish(bake(scene, view_layer, job))
     folder = folder / f"{name} image"
     folder.mkdir(parents=True, exist_ok=True)
-    found = truth(scene, view_layer, job, _size(result), [], reference, folder)
+    found = truth(scene, view_layer, job, _size(result), {}, reference, folder)
     indirect = _camera({"rsm": result}, found, None)[0]
     rows = curves(scene, view_layer, {"rsm": result}, indirect.reference, indirect.mask, (), counts)
     return {

@@ -43,7 +43,7 @@ def build(name: str) -> Path:
     # Of the centres of pixels, which everyone sees alike; the mean over a pixel that a shadow cuts is another matter.
     job = Job(settings=RsmSettings(bounces=BOUNCES, antialias=1))
     with tempfile.TemporaryDirectory() as folder:
-        found = truth(scene, view_layer, job, size, [], SAMPLE_COUNT, Path(folder))
+        found = truth(scene, view_layer, job, size, {}, SAMPLE_COUNT, Path(folder))
     light = found.light
     counted = light["Diffuse Color"].any(-1)
     layers = {k: light[k] for k in LIGHTS} | {f"{k} Noise": found.noise[k] for k in LIGHTS}
