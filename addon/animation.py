@@ -22,7 +22,8 @@ from ..gi_core import exr, ssgi
 from ..gi_core.geometry import Geometry
 from ..gi_core.tiles import finish
 from ..gi_core.trace import Tracer
-from .bake import Job, bake, camera_at
+from .bake import bake
+from .job import Job
 from .read import read_scene, with_bakes
 from .read.surface_bakes import SurfaceBakes
 
@@ -147,5 +148,5 @@ def _restored(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, job: Job,
             return None
         bakes = SurfaceBakes()
         core = finish(with_bakes(read_scene(scene, view_layer, bakes=bakes), scene, view_layer, bakes))
-        camera = camera_at(core.camera, job.resolution)
+        camera = core.camera.at(job.resolution)
         return finish(ssgi.restored(Tracer(Geometry(core)), camera, job.settings, arrays))

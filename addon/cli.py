@@ -24,11 +24,14 @@ import bpy
 from ..gi_core.geometry import Geometry
 from ..gi_core.lpv.grid import memory
 from ..gi_core.settings import SettingError, updated
+from ..gi_core.techniques import METHODS
 from . import layout, preflight
 from .animation import bake_frames
-from .bake import METHODS, Job, NotThere, Refused, Result, bake, missing_uvs, receiving
+from .bake import Refused, bake, missing_uvs, receiving
 from .compare import compare, dark_box
 from .compare.report import finite
+from .job import Job, NotThere
+from .result import Result
 from .standard_output import quiet
 from .write import lightmap_uvs
 from .write.results import export, store

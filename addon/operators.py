@@ -21,9 +21,11 @@ from bpy.types import Operator
 from ..gi_core.device import NUMPY
 from ..gi_core.settings import SettingError
 from . import asked, baked, gpu_context, preferences, preflight, preview, timing
-from .bake import ON_MAIN_THREAD, Job, NotThere, Refused, Result, bake
+from .bake import ON_MAIN_THREAD, Refused, bake
 from .compare import compare
+from .job import Job, NotThere
 from .properties import METHODS, TARGETS
+from .result import Result
 from .run import Run
 from .session import session
 from .write import hookup

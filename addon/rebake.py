@@ -8,7 +8,7 @@ what these reflect onto it stays as it was until all is baked again.
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import asdict, fields, is_dataclass, replace
+from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
 
 import bpy
 import numpy as np
@@ -38,21 +38,29 @@ def signatures(core: Scene, pages: Sequence[Page], method: str, settings: Settin
     return found
 
 
-def due(
-    scene: bpy.types.Scene, core: Scene, pages: list[Page], method: str, settings: Settings
-) -> tuple[list[Page], list[Page], dict[str, str], dict[str, np.ndarray]]:
-    """What of the pages is to be baked, by the setting `rebake`.
+@dataclass(frozen=True)
+class Due:
+    """What of some lightmaps is to be baked.
 
-    Returns all pages, those with only the objects that are due, `signatures`, and what is kept, see `kept`.
+    whole: all of them. pages: those with only the objects that are due. hashes: `signatures`. kept: see `kept`.
     """
+
+    whole: tuple[Page, ...] = ()
+    pages: tuple[Page, ...] = ()
+    hashes: dict[str, str] = field(default_factory=dict)
+    kept: dict[str, np.ndarray] = field(default_factory=dict)
+
+
+def due(scene: bpy.types.Scene, core: Scene, pages: list[Page], method: str, settings: Settings) -> Due:
+    """What of the pages is to be baked, by the setting `rebake`."""
     changed = settings.rebake == "changed"
     whole = [_as_before(scene, page) or page for page in pages] if changed else pages
     hashes = signatures(core, whole, method, settings)
     if not changed:
-        return whole, whole, hashes, {}
+        return Due(tuple(whole), tuple(whole), hashes)
     still, earlier = kept(scene, whole, hashes)
     left = [replace(p, places=tuple(q for q in p.places if q.name not in still)) for p in whole]
-    return whole, [page for page in left if page.places], hashes, earlier
+    return Due(tuple(whole), tuple(page for page in left if page.places), hashes, earlier)
 
 
 def kept(

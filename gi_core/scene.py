@@ -7,7 +7,7 @@ Arrays are float32 and C-ordered unless said otherwise; images have row 0 at the
 Geometry is kept once per mesh in the mesh's own space; an `Instance` puts it into the world.
 """
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -207,6 +207,13 @@ class Camera:
     window: tuple[float, float, float, float]
     resolution: tuple[int, int]
     clip: tuple[float, float] = (1e-3, 1e6)
+
+    def at(self, side: int | None) -> "Camera":
+        """The camera with its longer side at so many pixels, None for as it is."""
+        if side is None:
+            return self
+        longer = max(self.resolution)
+        return replace(self, resolution=tuple(max(1, round(n * side / longer)) for n in self.resolution))
 
 
 @dataclass(frozen=True)

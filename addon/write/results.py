@@ -8,7 +8,7 @@ import bpy
 import numpy as np
 
 from ...gi_core import display, exr, glb, png
-from ..bake import Light, Result
+from ..result import Light, Result
 from . import lightmap_uvs
 from .attributes import write_corners, write_coverage, write_irradiance
 from .images import file_stem, save_image, save_lightmap, save_png, write_images

@@ -7,8 +7,9 @@ from dataclasses import replace
 import bpy
 import numpy as np
 import pytest
-from gi_bake.addon.bake import Job, NotThere, Refused, bake
+from gi_bake.addon.bake import Refused, bake
 from gi_bake.addon.compare.reference import camera_reference, lightmap_reference
+from gi_bake.addon.job import Job, NotThere
 from gi_bake.gi_core import metrics, tiles
 from gi_bake.gi_core.rsm.settings import RsmSettings
 from gi_bake.gi_core.settings import SettingError

@@ -97,7 +97,7 @@ def test_what_touches_blender_stays_on_the_main_thread(gi, operator, monkeypatch
     preflight, light = gi("addon.preflight"), gi("addon.bake")
     for module, name in ((preflight, "inspected"), (light, "read_cameras"), (light, "Tracer")):
         monkeypatch.setattr(module, name, noted(name, getattr(module, name)))
-    monkeypatch.setattr(light.denoise, "oidn", noted("oidn", lambda image, *guides: image))
+    monkeypatch.setattr(gi("addon.denoise"), "oidn", noted("oidn", lambda image, *guides: image))
     bpy.context.scene.gi_bake.denoise = "OIDN"
     operator._start(operator.context)
     assert follow(operator) == {"FINISHED"}
