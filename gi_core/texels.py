@@ -15,7 +15,6 @@ _BATCH = 1 << 20
 # Of barycentric weights: of double numbers, and of UVs in single ones on an edge that triangles share.
 _ROUNDING, _SHARED = 1e-9, 1e-3
 
-
 # How far points leave the edge that they were clamped to [texels].
 _DRAWN_IN = 0.25
 
@@ -91,15 +90,39 @@ def _drawn_in(corners: np.ndarray, weights: np.ndarray) -> np.ndarray:
 def overlap(uvs: np.ndarray, side: int = 512) -> float:
     """Share of what triangles cover that more than one of them covers, 0…1, by side² samples: (t, 3, 2) UVs."""
     pixels, finite = _pixels(uvs, (side, side))
-    edges = _Edges.of(pixels)
-    count = np.zeros(side * side, np.int64)
-    for t, texel in _candidates(pixels, finite, (side, side), 0, side):
-        weights, _, _ = edges.met(t, texel + 0.5)
-        # What two triangles share is an edge, and no overlap.
-        within = weights.min(-1) > _SHARED
-        count += np.bincount(texel[within, 1] * side + texel[within, 0], minlength=side * side)
+    # What two triangles share is an edge, and no overlap.
+    middle = pixels.mean(1, keepdims=True)
+    corners = middle + (1 - 3 * _SHARED) * (pixels[finite] - middle[finite])
+    count = np.zeros(side * (side + 1), np.int64)
+    for row, begin, end in _spans(corners, side):
+        # Each sample of a row counts what begins before it and has not ended.
+        count += np.bincount(row * (side + 1) + begin, minlength=len(count))
+        count -= np.bincount(row * (side + 1) + end, minlength=len(count))
+    count = np.cumsum(count.reshape(side, side + 1), 1)
     covered = np.count_nonzero(count)
     return float(np.count_nonzero(count > 1) / covered) if covered else 0.0
+
+
+def _spans(corners: np.ndarray, side: int) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """The samples in the middle of texels that triangles cover, (t, 3, 2) [texels], in batches: (n,) rows, first columns
+    and the columns after the last."""
+    low, high = (np.ceil(np.clip(f(corners[..., 1], 1), 0, side) - 0.5).astype(np.int64) for f in (np.min, np.max))
+    ends = np.cumsum(high - low)
+    for start in range(0, int(ends[-1]) if len(ends) else 0, _BATCH):
+        line = np.arange(start, min(start + _BATCH, int(ends[-1])))
+        t = np.searchsorted(ends, line, "right")
+        row = high[t] - (ends[t] - line)
+        left, right = np.full(len(t), np.inf), np.full(len(t), -np.inf)
+        for i, j in ((0, 1), (1, 2), (2, 0)):
+            (x, y), (to_x, to_y) = corners[t, i].T, corners[t, j].T
+            with np.errstate(divide="ignore", invalid="ignore"):
+                share = (row + 0.5 - y) / (to_y - y)
+            cut = (share >= 0) & (share <= 1)
+            at = x + np.where(cut, share, 0) * (to_x - x)
+            left = np.where(cut, np.minimum(left, at), left)
+            right = np.where(cut, np.maximum(right, at), right)
+        begin, end = (np.ceil(np.clip(at, 0, side) - 0.5).astype(np.int64) for at in (left, right))
+        yield row, begin, np.maximum(end, begin)
 
 
 def outside(uvs: np.ndarray, tolerance: float = 1e-4) -> float:
