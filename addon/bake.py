@@ -20,6 +20,7 @@ import numpy as np
 
 from ..gi_core import images, lpv, ssgi
 from ..gi_core.atlas import Page
+from ..gi_core.coarse import Coarse
 from ..gi_core.geometry import Geometry
 from ..gi_core.receivers import POINT_BYTES, Receiver, Tile, cut, guides, of_camera, of_page, of_vertices
 from ..gi_core.refine import Estimate
@@ -42,8 +43,8 @@ from .result import Light, Result
 from .stages import Stages
 from .write import lightmap_uvs
 
-# What maps and tiles take of the whole, roughly; the bar follows it.
-_MAPS, _TILES = 0.1, 0.9
+# Where maps end, and light at coarse texels, roughly: of the whole, which the bar follows.
+_MAPS, _COARSE = 0.1, 0.6
 
 # Points that stand for all that get light where lights are chosen.
 _GUIDES = 1 << 14
@@ -115,7 +116,17 @@ def bake(
     volume = emitted if isinstance(emitted, lpv.Volume) else None
     views = emitted if job.method == "ssgi" and emitted else []
 
-    canvases, more = yield from _collected(tracer, job, emitted, camera, receivers, preview, stages)
+    coarse, done = None, _MAPS
+    step = getattr(job.settings, "interpolation", 1)
+    if step > 1 and job.target == "lightmap" and emitted is not None:
+        done = _COARSE
+        alone = replace(job, settings=replace(job.settings, light="indirect"))
+        of = _receivers(tracer, job, None, names, [page.coarser(step) for page in due.pages])
+        canvases, more = yield from _collected(tracer, alone, emitted, None, of, None, stages, (_MAPS, done))
+        coarse, notes = Coarse(step, canvases), notes + more
+    canvases, more = yield from _collected(
+        tracer, job, emitted, camera, receivers, preview, stages, (done, 1), coarse
+    )
     notes += more + ([volume.summary] if volume else [])
     with stages.time("layers"):
         layers, light = {}, {}
@@ -185,26 +196,32 @@ def _collected(
     receivers: list[Receiver],
     preview: Preview | None,
     stages: Stages,
+    between: tuple[float, float],
+    coarse: Coarse | None = None,
 ) -> Steps:
     """The light on all receivers, tile by tile. A generator of (fraction, stage); returns the receivers' canvases by
-    their names, with "Direct" and "Indirect" light, and sentences."""
+    their names, with "Direct" and "Indirect" light, and sentences.
+
+    between: fractions of the bake. coarse: reflected light where it is known already.
+    """
     settings, technique = _per_point(job), METHODS[job.method]
     canvases: dict[str, dict[str, np.ndarray]] = {receiver.name: {} for receiver in receivers}
     margin, unit = _margin(settings, camera)
     cutting = cut(receivers, min((settings.memory << 20) // POINT_BYTES, tracer.device.most), margin, unit)
     items, done = sum(np.prod(tile.shape) for tile in cutting), 0.0
+    begin, whole = between[0], between[1] - between[0]
     kept, reused, estimates = kept_layers(settings, camera), [], []
     for tile in cutting:
         share = float(np.prod(tile.shape) / items)
-        light = TileLight(tracer, technique, settings, emitted, job.wants("direct"), camera, share, reused)
+        light = TileLight(tracer, technique, settings, emitted, job.wants("direct"), camera, share, reused, coarse)
         work = light.on(tile, _shown(preview, tile) if preview else None)
-        found, estimate = yield from stages.follow(work, _MAPS + _TILES * done, _TILES * share, light.stages)
+        found, estimate = yield from stages.follow(work, begin + whole * done, whole * share, light.stages)
         done += share
         estimates.append(estimate)
         for receiver, rows, own in tile.kept():
             put(canvases[receiver.name], found, kept, receiver, rows, own)
     if settings.denoise == "oidn" and receivers and job.target != "vertices":
-        work = without_noise(canvases, technique.noisy(settings), camera is None)
+        work = without_noise(canvases, technique.noisy(settings) and coarse is None, camera is None)
         yield from stages.follow(named("oidn", work), 1, 0, {})
     for canvas in canvases.values():
         for kind in ("", "Glossy ") if settings.glossy else ("",):

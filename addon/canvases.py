@@ -19,6 +19,7 @@ def kept_layers(settings: Settings, camera: Camera | None) -> set[str]:
     light = {"Lamps", "Around", "Indirect", "Coverage", "Centred"}
     guides = {"Color", "Normal", "Position"} if camera or settings.denoise == "oidn" else set()
     guides |= {"Normal"} if settings.directional else set()
+    guides |= {"Normal", "Position"} if getattr(settings, "interpolation", 1) > 1 else set()
     guides |= {"Color", "Emission"} if settings.gltf and not camera else set()
     gloss = {"Glossy Lamps", "Glossy Around", "Glossy Indirect", "Glossy Color"} if settings.glossy else set()
     fog = {"Volume Direct", "Volume Indirect", "Transmittance"} if getattr(settings, "fog_density", 0) else set()

@@ -8,7 +8,7 @@ objects that share a mesh, and with it the UVs, still have each their own light.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -67,6 +67,11 @@ class Page:
     width: int
     height: int
     places: tuple[Place, ...]
+
+    def coarser(self, step: int) -> "Page":
+        """The page with texels `step` times as long; objects begin within texels where they must."""
+        places = tuple(replace(p, x=p.x / step, y=p.y / step, side=p.side / step) for p in self.places)
+        return replace(self, width=-(-self.width // step), height=-(-self.height // step), places=places)
 
 
 def single(asked: Asked, resolution: int, density: float) -> Page:

@@ -27,7 +27,7 @@ _DENSITY = 2.0
 _SMOOTH = 0.99
 
 # Steps of conjugate gradients, and the share of the first error at which they end.
-_STEPS, _ENOUGH = 100, 3e-3
+_STEPS, _ENOUGH = 100, 1e-3
 
 
 @dataclass(frozen=True)

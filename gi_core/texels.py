@@ -36,8 +36,9 @@ class Texels:
 
     def within(self, place: Place, width: int) -> "Texels":
         """Those on an object's own square of an image that is so wide."""
-        column, row = self.place % width - place.x, self.place // width - place.y
-        own = (column >= 0) & (column < place.side) & (row >= 0) & (row < place.side)
+        column, row = self.place % width, self.place // width
+        low, high = np.floor((place.x, place.y)), np.ceil((place.x + place.side, place.y + place.side))
+        own = (column >= low[0]) & (column < high[0]) & (row >= low[1]) & (row < high[1])
         return Texels(self.place[own], self.triangle[own], self.weights[own], self.centred[own])
 
 
@@ -104,8 +105,8 @@ def overlap(uvs: np.ndarray, side: int = 512) -> float:
 
 
 def _spans(corners: np.ndarray, side: int) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """The samples in the middle of texels that triangles cover, (t, 3, 2) [texels], in batches: (n,) rows, first columns
-    and the columns after the last."""
+    """Texels' middles that triangles (t, 3, 2) [texels] cover, in batches: (n,) rows, first columns, and the columns
+    after the last."""
     low, high = (np.ceil(np.clip(f(corners[..., 1], 1), 0, side) - 0.5).astype(np.int64) for f in (np.min, np.max))
     ends = np.cumsum(high - low)
     for start in range(0, int(ends[-1]) if len(ends) else 0, _BATCH):

@@ -8,7 +8,8 @@ from functools import partial
 
 import numpy as np
 
-from . import images
+from . import images, tiles
+from .coarse import Coarse
 from .direct import lamps, surroundings
 from .receivers import Tile
 from .refine import Estimate, Goal, refined
@@ -34,6 +35,7 @@ class TileLight:
     camera: None for lightmaps and vertices. settings: with samples for one point, see `per_point`.
     share: of all points that a tile has, and so of the time that there is.
     reused: points that were interpolated between and points in all, of each pass.
+    coarse: a lightmap's reflected light where it was found at coarse texels; None where it is to be found here.
     """
 
     tracer: Tracer
@@ -44,6 +46,7 @@ class TileLight:
     camera: Camera | None
     share: float
     reused: list[tuple[float, int]] = field(default_factory=list)
+    coarse: Coarse | None = None
 
     @property
     def stages(self) -> dict[str, float]:
@@ -75,7 +78,7 @@ class TileLight:
         def show(values: np.ndarray):
             seen(layers({"Lamps": direct, "Around": values[:, 0], "Indirect": values[:, 1]}))
 
-        estimate = yield from named("gather", self._gathered(points, show if seen else None))
+        estimate = yield from named("gather", self._gathered(points, place, tile, show if seen else None))
         values = estimate.values
         if settings.denoise == "bilateral" and tile.bands[0].receiver.is_image:
             values = yield from named("denoise", self._smoothed(estimate, points, place, tile))
@@ -122,10 +125,10 @@ class TileLight:
         h, w = (n // subpixels for n in shape)
         return layers | {"Glossy Color": whole.reshape(h, subpixels, w, subpixels, 3).mean((1, 3))}
 
-    def _gathered(self, points: Surfels, seen) -> Iterator[float]:
+    def _gathered(self, points: Surfels, place: np.ndarray, tile: Tile, seen) -> Iterator[float]:
         """Light of the surroundings and reflected light: a generator; returns the Estimate of both, (n, 2, 3)."""
         settings, n = self.settings, len(points)
-        in_passes = self.emitted is not None and self.technique.in_passes(settings)
+        in_passes = self.emitted is not None and self.coarse is None and self.technique.in_passes(settings)
 
         def one_pass(samples: Samples) -> Iterator[float]:
             values = np.zeros((n, 2, 3), np.float32)
@@ -135,9 +138,14 @@ class TileLight:
                 values[:, 1] = yield from self._indirect(points, samples)
             return values
 
-        goal = Goal(settings.samples, settings.noise_threshold, settings.time_limit * self.share)
-        estimate = yield from refined(one_pass, goal, seen)
-        if self.emitted is not None and not in_passes:
+        if self.direct or in_passes:
+            goal = Goal(settings.samples, settings.noise_threshold, settings.time_limit * self.share)
+            estimate = yield from refined(one_pass, goal, seen)
+        else:
+            estimate = Estimate(np.zeros((n, 2, 3), np.float32), settings.samples, None)
+        if self.coarse is not None:
+            estimate.values[:, 1] = yield from self._between(points, place, tile)
+        elif self.emitted is not None and not in_passes:
             estimate.values[:, 1] = yield from self._indirect(points, Samples(settings.samples))
         return estimate
 
@@ -151,13 +159,28 @@ class TileLight:
         self.reused.append((share * len(points), len(points)))
         return irradiance
 
+    def _between(self, points: Surfels, place: np.ndarray, tile: Tile) -> Iterator[float]:
+        """Reflected light by that at coarse texels: a generator of progress; returns (n, 3) [W/m²]."""
+        irradiance, sure = np.zeros((len(points), 3), np.float32), np.zeros(len(points), bool)
+        ends = np.searchsorted(place, np.cumsum([0, *(band.height for band in tile.bands)]) * tile.shape[1])
+        for band, begin, end in zip(tile.bands, ends[:-1], ends[1:]):
+            part = slice(begin, end)
+            irradiance[part], sure[part] = yield from tiles.within(
+                0, 0, self.coarse.at(self.tracer.device, band.receiver, points[part])
+            )
+        # Alone they take as many samples as the filter would have brought together.
+        samples = Samples(self.settings.samples * self.coarse.step**2)
+        irradiance[~sure] = yield from self._indirect(points[~sure], samples)
+        self.reused.append((np.count_nonzero(sure), len(points)))
+        return irradiance
+
     def _smoothed(self, estimate: Estimate, points: Surfels, place: np.ndarray, tile: Tile) -> Iterator[float]:
         """The estimate's values without their noise: a generator of progress; returns (n, 2, 3)."""
         # A lightmap goes on under walls; what a camera sees does not.
         walls = self.tracer if self.camera is None else None
         island = np.repeat(np.arange(len(tile.bands)), [band.height for band in tile.bands])
         values, passes = estimate.values, self.settings.denoise_passes
-        noisy = values if self.technique.noisy(self.settings) else values[:, :1]
+        noisy = values if self.technique.noisy(self.settings) and self.coarse is None else values[:, :1]
         flat, variance = noisy.reshape(len(points), -1), estimate.variance
         smooth = yield from images.smoothed(
             flat, points, place, tile.shape, passes, variance, walls, island, self.tracer.device

@@ -277,7 +277,7 @@ _TEXTS = {
     "Candidates": "候选数",
     "Lights looked at for each sample, of which one that brings much is drawn and gets the shadow ray (flux pattern); more lower noise where light is uneven, and take time without a ray's worth of it": "每次采样考察的光源数，从中抽取贡献大的一个发射阴影光线（光通量图案）；越多则光照不均处噪点越少，用时少于一条光线",
     "Interpolation": "插值",
-    "Camera image: gathers at every so many-th pixel along each axis, mixes between them on even surfaces, and gathers fully at edges; 1 gathers everywhere": "摄像机图像：沿各轴每隔若干像素收集，在平整表面上插值，在边缘处完整收集；1 表示处处收集",
+    "Gathers at every so many-th pixel or texel along each axis, mixes between them on even surfaces, and gathers fully at edges; 1 gathers everywhere": "沿各轴每隔若干像素或纹素收集，在平整表面上插值，在边缘处完整收集；1 表示处处收集",
     # LPV
     "Side of a lamp's map, whose texels are injected": "灯光贴图的边长，其纹素被注入",
     "Cells along the longest side of each cascade": "每级网格最长边的单元数",

@@ -62,8 +62,8 @@ class RsmSettings(Settings):
     )
     interpolation: int = setting(
         1,
-        "Camera image: gathers at every so many-th pixel along each axis, mixes between them on even surfaces, and "
-        "gathers fully at edges; 1 gathers everywhere",
+        "Gathers at every so many-th pixel or texel along each axis, mixes between them on even surfaces, and gathers "
+        "fully at edges; 1 gathers everywhere",
         low=1,
         high=64,
         unit="pixels",
