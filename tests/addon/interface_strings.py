@@ -59,9 +59,9 @@ def _of_property(prop: bpy.types.Property) -> set[str]:
 def of_source() -> set[str]:
     """Literal texts handed to the interface and to Blender's translation."""
     said = set()
-    for file in ADDON.glob("*.py"):
+    for file in ADDON.rglob("*.py"):
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Dict) and file.name == "ui.py":
+            if isinstance(node, ast.Dict) and file.parent.name == "ui":
                 said |= _labels(node)
             if not isinstance(node, ast.Call):
                 continue
@@ -72,8 +72,12 @@ def of_source() -> set[str]:
             if name == "report":
                 literal += node.args[1:]
             said |= {e.value for e in literal if isinstance(e, ast.Constant) and isinstance(e.value, str)}
-    tables = sys.modules[next(m for m in sys.modules if m.endswith(".gi_bake.addon.ui"))]
-    return (said | set(tables.STAGES.values()) | {text for _, text in tables.REMEDIES.values()}) - {""}
+    main, remedies = (_module(f"addon.{name}") for name in ("ui.main", "operators.remedies"))
+    return (said | set(main.STAGES.values()) | {text for _, text in remedies.REMEDIES.values()}) - {""}
+
+
+def _module(name: str):
+    return sys.modules[next(m for m in sys.modules if m.endswith(f".gi_bake.{name}"))]
 
 
 def _labels(node: ast.Dict) -> set[str]:

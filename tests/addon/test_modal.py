@@ -35,7 +35,7 @@ class _Windows:
 @pytest.fixture
 def operator(gi):
     """The bake's operator as a plain object, its context and how it is followed to its end."""
-    cls = gi("addon.operators").GI_OT_bake
+    cls = gi("addon.operators.bake").GI_OT_bake
     body = {name: method for name, method in vars(cls).items() if inspect.isfunction(method)}
     made = type("Bake", (), body)()
     made.method, made.target, made.objects, made.uv, made.folder, made.resolution = "RSM", "IMAGE", "", "", "", 0

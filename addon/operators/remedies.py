@@ -11,10 +11,11 @@ from bpy.props import StringProperty
 from bpy.types import Operator
 from mathutils import Vector
 
-from . import asked
-from .operators import check, names_of
-from .session import session
-from .write import lightmap_uvs
+from .. import asked
+from ..session import session
+from ..write import lightmap_uvs
+from .check import check
+from .names import names_of
 
 # Code -> operator and what its button says. A finding of another code that names an object gets one that selects it.
 REMEDIES = {
@@ -191,4 +192,3 @@ class GI_OT_select(_Remedy, Operator):
 classes = (
     GI_OT_make_uvs, GI_OT_show_in_render, GI_OT_add_camera, GI_OT_make_single_user, GI_OT_use_bilateral, GI_OT_select,
 )  # fmt: skip
-register, unregister = bpy.utils.register_classes_factory(classes)
