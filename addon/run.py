@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GI Bake authors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A bake on its way beside a living user interface.
+"""A bake or a comparison on its way beside a living user interface.
 
 Its steps are taken one after the other, those that touch Blender on the main thread and the others on a thread of
 their own: a step may last longer than a picture of the interface should, and cannot be cut where numpy or Embree works.
@@ -30,6 +30,11 @@ class Run:
     def seconds(self) -> float:
         """Since the beginning."""
         return time.perf_counter() - self.begin
+
+    @property
+    def touches_blender(self) -> bool:
+        """Whether the next step belongs on the main thread."""
+        return self._on_main(self.stage)
 
     @property
     def seconds_left(self) -> float | None:

@@ -13,21 +13,12 @@ from ...gi_core.device import NUMPY
 from .. import asked, baked, gpu_context, preferences, preflight, preview, timing
 from ..bake import ON_MAIN_THREAD, Job, Refused, Result, bake
 from ..properties import METHODS, TARGETS
-from ..redraw import redraw
-from ..run import Run
 from ..session import session
-from .findings import failure, report
+from .modal import Modal
 from .names import names_of
-from .poll import busy
-
-# Seconds between two looks of a modal bake, and how long each may take.
-_TICK, _STEP = 0.05, 0.04
-
-# Seconds between two pictures of the result so far.
-_PICTURE = 0.3
 
 
-class GI_OT_bake(Operator):
+class GI_OT_bake(Modal, Operator):
     """Bake the light of the scene; the file changes only when all is done"""
 
     bl_idname = "gi.bake"
@@ -59,77 +50,6 @@ class GI_OT_bake(Operator):
         options={"SKIP_SAVE"},
     )  # fmt: skip
 
-    @classmethod
-    def poll(cls, context):
-        return not busy(cls)
-
-    def execute(self, context):
-        try:
-            work = self._begin(context, None)
-            manager = context.window_manager
-            manager.progress_begin(0, 1)
-            try:
-                while True:
-                    fraction, _ = next(work)
-                    manager.progress_update(fraction)
-            except StopIteration as stop:
-                result = stop.value
-            finally:
-                manager.progress_end()
-            return self._end(context, result)
-        except Exception as error:
-            return self._fail(context.scene, error)
-
-    def invoke(self, context, event):
-        if bpy.app.background or context.window is None:
-            return self.execute(context)
-        return self._start(context)
-
-    def _start(self, context):
-        """Begins a bake that `modal` follows."""
-        self._preview, self._timer, self._pictured = preview.Preview(), None, 0.0
-        try:
-            work = self._begin(context, self._preview)
-        except Exception as error:
-            return self._fail(context.scene, error)
-        device, _ = gpu_context.device(self._job.settings.device)
-        # A graphics card is to be reached from the main thread.
-        always = device is not NUMPY
-        self._run = session.run = Run(work, lambda stage: always or stage in ON_MAIN_THREAD)
-        session.of = context.scene.name
-        self._timer = context.window_manager.event_timer_add(_TICK, window=context.window)
-        context.window_manager.modal_handler_add(self)
-        return {"RUNNING_MODAL"}
-
-    def modal(self, context, event):
-        try:
-            return self._followed(context, event)
-        except Exception as error:
-            # Blender would drop the operator as it is, and its timer, thread and preview would stay.
-            self._clean(context)
-            return self._fail(context.scene, error)
-
-    def _followed(self, context, event):
-        """Goes on with the bake at each tick of the timer, ends it at Esc."""
-        run = self._run
-        if event.type == "ESC" and event.value == "PRESS":
-            run.cancel()
-            return {"RUNNING_MODAL"}
-        if event.type != "TIMER":
-            return {"PASS_THROUGH"}
-        ended = run.advance(_STEP)
-        if not ended and time.perf_counter() - self._pictured > _PICTURE:
-            self._preview.refresh()
-            self._pictured = time.perf_counter()
-        redraw(context)
-        if not ended:
-            return {"PASS_THROUGH"}
-        return self._ended(context)
-
-    def cancel(self, context):
-        """Blender quits, or its window closes."""
-        self._clean(context)
-
     def _begin(self, context, seen):
         scene, view_layer = context.scene, context.view_layer
         objects = names_of(self.objects)
@@ -155,19 +75,11 @@ class GI_OT_bake(Operator):
             message, remedy = "Nothing that renders is selected.", "Select a mesh, or bake all objects."
             raise Refused([preflight.Finding("NOTHING_SELECTED", "ERROR", "", message, remedy)])
 
-    def _ended(self, context):
-        run, name = self._run, self._names[0]
-        self._clean(context)
-        scene = bpy.data.scenes.get(name)
-        if run.cancelled:
-            self.report({"INFO"}, "Cancelled, nothing was changed")
-            return {"CANCELLED"}
-        if run.error:
-            return self._fail(scene or context.scene, run.error)
-        try:
-            return self._end(context, run.value)
-        except Exception as error:
-            return self._fail(scene or context.scene, error)
+    def _on_main(self):
+        device, _ = gpu_context.device(self._job.settings.device)
+        # A graphics card is to be reached from the main thread.
+        always = device is not NUMPY
+        return lambda stage: always or stage in ON_MAIN_THREAD
 
     def _end(self, context, result: Result):
         scene = bpy.data.scenes.get(self._names[0])
@@ -187,26 +99,9 @@ class GI_OT_bake(Operator):
         self.report({"INFO"}, rpt_("Baked in {:.1f} s").format(seconds))
         return {"FINISHED"}
 
-    def _fail(self, scene, error):
-        findings = failure(error)
-        session.found(scene, findings)
-        report(self, findings)
-        return {"CANCELLED"}
-
-    def _clean(self, context):
-        """Leaves no timer, no thread and no preview behind."""
-        self._run.close()
-        if session.run is self._run:
-            session.run = None
-        if self._timer:
-            context.window_manager.event_timer_remove(self._timer)
-            self._timer = None
-        self._preview.remove()
-        redraw(context)
-
 
 class GI_OT_cancel(Operator):
-    """End the bake that is on its way; the file stays as it was before (Esc)"""
+    """End the bake or comparison that is on its way; the file stays as it was before (Esc)"""
 
     bl_idname = "gi.cancel"
     bl_label = "Cancel"
@@ -215,7 +110,7 @@ class GI_OT_cancel(Operator):
     @classmethod
     def poll(cls, context):
         if not session.run:
-            cls.poll_message_set("No bake is on its way")
+            cls.poll_message_set("Nothing is on its way")
         return session.run is not None
 
     def execute(self, context):

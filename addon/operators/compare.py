@@ -5,20 +5,21 @@
 from pathlib import Path
 
 import bpy
-from bpy.app.translations import pgettext_rpt as rpt_
 from bpy.props import IntProperty, StringProperty
 from bpy.types import Operator
 
 from .. import asked, baked, preferences, preview
-from ..compare import compare
-from ..redraw import redraw
+from ..bake import Refused
+from ..compare import ON_MAIN_THREAD, compare_in_steps
+from ..preflight import Finding
+from ..sentence import Sentence
 from ..session import session
-from .findings import failure
+from .modal import Modal
 from .poll import busy
 from .results import line_of, no_line
 
 
-class GI_OT_compare(Operator):
+class GI_OT_compare(Modal, Operator):
     """Render with Cycles what was baked and measure how far apart they are; takes as long as Cycles takes"""
 
     bl_idname = "gi.compare"
@@ -47,46 +48,50 @@ class GI_OT_compare(Operator):
             return False
         return True
 
-    def execute(self, context):
+    def _begin(self, context, seen):
         scene, line = context.scene, line_of(context)
         view_layer = scene.view_layers.get(line.view_layer)
         if view_layer is None or scene.frame_current != line.frame:
-            self.report(
-                {"ERROR"},
-                rpt_("Go to frame {:d} and keep the view layer '{:s}': that is what was baked").format(
-                    line.frame, line.view_layer
-                ),
+            message = Sentence(
+                "Frame {frame} of the view layer '{layer}' was baked.", frame=line.frame, layer=line.view_layer
             )
+            remedy = "Go to that frame, and keep the view layer."
+            raise Refused([Finding("ELSEWHERE", "ERROR", "", message, remedy)])
+        self._names, self._folder = (scene.name, line.key), self._chosen_folder(scene)
+        return _compared(
+            session.results[line.key], scene, view_layer, self.samples or scene.gi_bake.reference_samples, self._folder
+        )
+
+    def _on_main(self):
+        return ON_MAIN_THREAD.__contains__
+
+    def _end(self, context, value):
+        report, pictures = value
+        name, key = self._names
+        scene = bpy.data.scenes.get(name)
+        line = scene and next((line for line in scene.gi_bake.results if line.key == key), None)
+        if line is None:
+            self.report({"ERROR"}, "The result was removed during the comparison")
             return {"CANCELLED"}
-        folder = self._folder(scene)
-        if context.window and not bpy.app.background:
-            context.window.cursor_set("WAIT")
-        try:
-            report = compare(
-                session.results[line.key], scene, view_layer, self.samples or scene.gi_bake.reference_samples, folder
-            )
-            page = next(path for path in report.paths if path.suffix == ".html")
-            images = baked.compared(line, report.subjects, page, folder)
-        except Exception as error:
-            findings = failure(error)
-            session.found(scene, findings)
-            report(self, findings)
-            return {"CANCELLED"}
-        finally:
-            if context.window and not bpy.app.background:
-                context.window.cursor_set("DEFAULT")
+        page = next(path for path in report.paths if path.suffix == ".html")
+        images = baked.compared(line, report.subjects, page, pictures)
         if images and not bpy.app.background:
             preview.show(images[0])
         self.report({"INFO"}, f"relMSE {line.error:.5f}, bias {line.bias:+.2%}: {page}")
-        redraw(context)
         return {"FINISHED"}
 
-    def _folder(self, scene) -> Path:
+    def _chosen_folder(self, scene) -> Path:
         if self.folder:
             return Path(bpy.path.abspath(self.folder))
         if scene.gi_bake.folder.startswith("//") and not bpy.data.filepath:
             return preferences.cache_folder() / "compared"
         return asked.output(scene)
+
+
+def _compared(result, scene, view_layer, samples, folder):
+    """A comparison and the files of its pictures; a generator of (fraction, stage)."""
+    report = yield from compare_in_steps(result, scene, view_layer, samples, folder)
+    return report, baked.layered(report.subjects, folder)
 
 
 classes = (GI_OT_compare,)

@@ -11,6 +11,7 @@ from bpy.types import Operator
 from ...gi_core.settings import SettingError
 from .. import preflight
 from ..bake import NotThere, Refused
+from ..sentence import Sentence, translated
 
 log = logging.getLogger(__name__)
 
@@ -20,7 +21,9 @@ def report(operator: Operator, findings) -> None:
     for severity in ("WARNING", "ERROR"):
         said = [f for f in findings if f.severity == severity]
         if said:
-            text = "\n".join(f"{f.code}: {f.message} {f.remedy}" for f in said[:5])
+            text = "\n".join(
+                f"{f.code}: {translated(f.message, rpt_)} {translated(f.remedy, rpt_)}" for f in said[:5]
+            )
             more = rpt_("\n… and {:d} more").format(len(said) - 5) if len(said) > 5 else ""
             operator.report({severity}, text + more)
 
@@ -30,13 +33,15 @@ def failure(error: Exception) -> list[preflight.Finding]:
     if isinstance(error, Refused):
         return error.findings
     if isinstance(error, (NotThere, SettingError)):
-        return [preflight.Finding("SETTING", "ERROR", "", f"{str(error)[:1].upper()}{str(error)[1:]}.", "")]
+        said = Sentence("The settings do not go together: {why}.", why=error)
+        return [preflight.Finding("SETTING", "ERROR", "", said, "Change them, or choose a preset.")]
     if isinstance(error, MemoryError):
         remedy = "Lower the resolution or the setting Memory."
         return [preflight.Finding("OUT_OF_MEMORY", "ERROR", "", "The machine has no memory left.", remedy)]
     if isinstance(error, OSError):
         remedy = "Choose another output folder."
-        return [preflight.Finding("NOT_WRITTEN", "ERROR", "", f"A file was not written: {error}.", remedy)]
+        said = Sentence("A file was not written: {why}.", why=error)
+        return [preflight.Finding("NOT_WRITTEN", "ERROR", "", said, remedy)]
     log.error("%s", "".join(traceback.format_exception(error)))
     remedy = "The system console says where; nothing was changed."
-    return [preflight.Finding("FAILED", "ERROR", "", f"The bake failed: {error}.", remedy)]
+    return [preflight.Finding("FAILED", "ERROR", "", Sentence("It failed: {why}.", why=error), remedy)]

@@ -6,7 +6,7 @@ from ..session import session
 
 
 def busy(cls) -> bool:
-    """Whether a bake is on its way, said as `poll` says it."""
+    """Whether a bake or a comparison is on its way, said as `poll` says it."""
     if session.run:
-        cls.poll_message_set("A bake is on its way: wait, or cancel it")
+        cls.poll_message_set("GI Bake is at work: wait, or cancel it")
     return session.run is not None

@@ -12,10 +12,10 @@ from bpy.types import Operator
 from mathutils import Vector
 
 from .. import asked
-from ..session import session
 from ..write import lightmap_uvs
 from .check import check
 from .names import names_of
+from .poll import busy
 
 # Code -> operator and what its button says. A finding of another code that names an object gets one that selects it.
 REMEDIES = {
@@ -43,9 +43,7 @@ class _Remedy:
 
     @classmethod
     def poll(cls, context):
-        if session.run:
-            cls.poll_message_set("A bake is on its way: wait, or cancel it")
-        return session.run is None
+        return not busy(cls)
 
     def _chosen(self, context) -> list[bpy.types.Object]:
         """The objects meant, those that are no longer there left out."""

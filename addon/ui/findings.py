@@ -9,6 +9,7 @@ from bpy.app.translations import pgettext_iface as iface_
 
 from ..operators.remedies import REMEDIES
 from ..preflight import Finding
+from ..sentence import translated
 from .words import wrapped
 
 
@@ -24,13 +25,13 @@ def finding_box(layout, code: str, severity: str, findings: list[Finding], conte
     box = layout.box()
     box.alert = severity == "ERROR"
     first = findings[0]
-    wrapped(box, iface_(first.message), context, icon="ERROR" if severity == "ERROR" else "INFO", taken=20)
+    wrapped(box, translated(first.message, iface_), context, icon="ERROR" if severity == "ERROR" else "INFO", taken=20)
     if len(findings) > 1:
         names = ", ".join(f.object for f in findings[1:4]) + ("…" if len(findings) > 4 else "")
         wrapped(box, iface_("And {:d} more: {:s}").format(len(findings) - 1, names), context, "BLANK1", taken=20)
     box.alert = False
     if first.remedy:
-        wrapped(box, iface_(first.remedy), context, "BLANK1", taken=20)
+        wrapped(box, translated(first.remedy, iface_), context, "BLANK1", taken=20)
     row = box.row()
     sub = row.row()
     sub.active = False

@@ -17,6 +17,7 @@ STAGES = {
     "points": "Finding points", "lamps": "Direct light", "gather": "Reflected light", "denoise": "Filtering",
     "oidn": "Open Image Denoise", "gloss": "Reflections", "medium": "Fog", "unwrap": "Making UV maps",
     "materials": "Baking materials", "layout": "Laying out lightmaps", "borders": "Seams and borders",
+    "cycles": "Cycles renders", "measure": "Measuring", "report": "Writing the report",
 }  # fmt: skip
 
 
@@ -53,7 +54,7 @@ def _resolution(column, group, context):
 
 
 def buttons(layout, context):
-    """Bake, or how far the bake is; then what was found."""
+    """Bake, or how far it is; then what was found."""
     run = session.run
     if run:
         left = run.seconds_left
@@ -64,7 +65,7 @@ def buttons(layout, context):
         layout.progress(factor=run.fraction, text=text, type="BAR", translate=False)
         layout.operator("gi.cancel", icon="X")
         if session.of != context.scene.name:
-            wrapped(layout, iface_("Scene {:s} is being baked").format(session.of), context)
+            wrapped(layout, iface_("GI Bake works on scene {:s}").format(session.of), context)
         return
     row = layout.row()
     row.scale_y = 1.4

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GI Bake authors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A bake beside a living window, its modal operator driven by hand: to the end, to a cancel, to an error, to a quit."""
+"""Bakes and comparisons beside a living window, driven by hand: to the end, to a cancel, to an error."""
 
 import inspect
 import threading
@@ -32,19 +32,35 @@ class _Windows:
         self.handlers.append(operator)
 
 
-@pytest.fixture
-def operator(gi):
-    """The bake's operator as a plain object, its context and how it is followed to its end."""
-    cls = gi("addon.operators.bake").GI_OT_bake
-    body = {name: method for name, method in vars(cls).items() if inspect.isfunction(method)}
-    made = type("Bake", (), body)()
-    made.method, made.target, made.objects, made.uv, made.folder, made.resolution = "RSM", "IMAGE", "", "", "", 0
-    made.properties = SimpleNamespace(is_property_set=lambda name: False)
+def driven(gi, module, name):
+    """An operator as a plain object, with its context and what it reports."""
+    classes = gi("addon.operators.modal").Modal, getattr(gi(f"addon.operators.{module}"), name)
+    body = {name: method for cls in classes for name, method in vars(cls).items() if inspect.isfunction(method)}
+    made = type(name, (), body)()
     made.said = []
     made.report = lambda kind, text: made.said.append((kind, text))
     made.context = SimpleNamespace(
         scene=bpy.context.scene, view_layer=bpy.context.view_layer, window=object(), window_manager=_Windows()
     )
+    return made
+
+
+@pytest.fixture
+def operator(gi):
+    """The bake's operator."""
+    made = driven(gi, "bake", "GI_OT_bake")
+    made.method, made.target, made.objects, made.uv, made.folder, made.resolution = "RSM", "IMAGE", "", "", "", 0
+    made.properties = SimpleNamespace(is_property_set=lambda name: False)
+    return made
+
+
+@pytest.fixture
+def comparison(gi, tmp_path, monkeypatch):
+    """The comparison's operator, after a bake; Cycles takes one sample of each pixel in a go."""
+    monkeypatch.setattr(gi("addon.compare.reference"), "_GO", 24 * 24)
+    bpy.ops.gi.bake(target="IMAGE")
+    made = driven(gi, "compare", "GI_OT_compare")
+    made.samples, made.folder = 32, str(tmp_path)
     return made
 
 
@@ -133,6 +149,59 @@ def test_to_an_error(gi, operator, monkeypatch):
     assert [f.code for f in session.findings(bpy.context.scene)] == ["OUT_OF_MEMORY"]
     assert any(kind == {"ERROR"} and "OUT_OF_MEMORY" in text for kind, text in operator.said)
     assert session.run is None and left_over(operator) == [] and names() == before
+
+
+def test_a_comparison_to_the_end(gi, comparison, monkeypatch):
+    halves, session = gi("addon.compare.halves"), gi("addon.session").session
+    where = {}
+
+    def noted(module, name):
+        call = getattr(module, name)
+
+        def seen(*arguments, **more):
+            where[name] = threading.current_thread() is threading.main_thread()
+            return call(*arguments, **more)
+
+        monkeypatch.setattr(module, name, seen)
+
+    noted(halves, "fingerprint"), noted(gi("addon.compare"), "write_report"), noted(gi("addon.baked"), "_layers")
+    assert comparison._start(comparison.context) == {"RUNNING_MODAL"}
+    shares = []
+    assert follow(comparison, lambda: shares.append(session.run.fraction if session.run else 1.0)) == {"FINISHED"}
+    assert len(set(shares)) > 4 and shares == sorted(shares), "each go of Cycles is a step"
+    assert where == {"fingerprint": True, "write_report": False, "_layers": False}
+    [line] = bpy.context.scene.gi_bake.results
+    assert line.compared and len(line.comparisons) == 3 and session.run is None and left_over(comparison) == []
+
+
+def test_a_comparison_to_a_cancel_in_the_middle(gi, comparison):
+    session, before = gi("addon.session").session, names()
+    comparison._start(comparison.context)
+    follow(comparison, lambda: session.run.fraction > 0.3)
+    assert names() == before, "between its steps the file is as it was"
+    assert comparison.modal(comparison.context, ESC) == {"RUNNING_MODAL"}
+    assert follow(comparison) == {"CANCELLED"}
+    assert names() == before and left_over(comparison) == [] and not bpy.context.scene.gi_bake.results[0].compared
+
+
+def test_a_scene_that_changes_while_cycles_renders_is_not_compared(gi, comparison, tmp_path):
+    comparison._start(comparison.context)
+    follow(comparison, lambda: gi("addon.session").session.run.fraction > 0.3)
+    bpy.data.objects["Floor"].location.z += 1
+    assert follow(comparison) == {"CANCELLED"}
+    assert any(kind == {"ERROR"} and "changed" in text for kind, text in comparison.said)
+    assert not (tmp_path / "reference.npz").exists()
+
+
+def test_undo_ends_what_holds_on_to_the_file(gi, comparison):
+    session = gi("addon.session").session
+    bpy.ops.ed.undo_push(message="Before")
+    bpy.ops.ed.undo_push(message="After")
+    comparison._start(comparison.context)
+    follow(comparison, lambda: session.run.fraction > 0.3)
+    bpy.ops.ed.undo()
+    comparison.context.scene = bpy.context.scene
+    assert follow(comparison) == {"CANCELLED"} and left_over(comparison) == []
 
 
 def test_another_file_ends_the_bake(gi, operator, sample):
