@@ -193,16 +193,13 @@ def bake(
     Raises Refused, before any work, where the preflight finds errors.
     """
     stages, bakes = Stages(), SurfaceBakes()
-    yield 0.0, "unwrap"
-    with stages.time("unwrap"):
-        made = missing_uvs(scene, view_layer, job)
-    yield 0.0, "read"
-    with stages.time("read"), lightmap_uvs.lent(made):
-        findings, core = preflight.inspected(
-            scene, view_layer, ImageReader(),
-            target=job.target, objects=job.objects, uv=job.uv, output=output, denoise=job.settings.denoise,
-            glossy=job.settings.glossy, bakes=bakes,
-        )  # fmt: skip
+    made = yield from stages.follow(making_uvs(scene, view_layer, job), 0, 0, {})
+    work = preflight.inspecting(
+        scene, view_layer, ImageReader(),
+        target=job.target, objects=job.objects, uv=job.uv, output=output, denoise=job.settings.denoise,
+        glossy=job.settings.glossy, bakes=bakes, uvs=made,
+    )  # fmt: skip
+    findings, core = yield from stages.follow(work, 0, 0, {})
     if any(f.severity == "ERROR" for f in findings):
         raise Refused(findings)
     if bakes.patches:
@@ -237,7 +234,8 @@ def bake(
         yield 0.0, "layout"
         with stages.time("layout"):
             whole = layout.pages(tracer.geometry, scene, names, job.uv, job.resolution, job.settings)
-            whole, pages, hashes, earlier = rebake.due(scene, core, whole, job.method, job.settings)
+        work = rebake.due(scene, core, whole, job.method, job.settings)
+        whole, pages, hashes, earlier = yield from stages.follow(work, 0, 0, {})
         names = tuple(place.name for page in pages for place in page.places)
         yield 0.0, "maps"
     receivers = _receivers(tracer, job, camera, names, pages)
@@ -302,13 +300,19 @@ def missing_uvs(
     scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, job: Job
 ) -> dict[bpy.types.Mesh, np.ndarray]:
     """Lightmap UVs that a job needs and the file lacks: mesh -> (corners, 2) float32."""
+    return finish(making_uvs(scene, view_layer, job))
+
+
+def making_uvs(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, job: Job) -> Iterator[tuple[str, float]]:
+    """`missing_uvs` in steps: a generator of (stage, fraction of it)."""
     settings = job.settings
+    yield "unwrap", 0.0
     if job.target != "lightmap" or job.uv or settings.unwrap == "never":
         return {}
-    return lightmap_uvs.unwrapped(
+    return (yield from lightmap_uvs.unwrapping(
         scene, view_layer, job.objects, layout.side(scene, job.resolution, settings), settings.padding,
         settings.density, layout.is_shared(scene, settings),
-    )  # fmt: skip
+    ))  # fmt: skip
 
 
 def _meshes(geometry: Geometry, pages: list[Page]) -> dict[str, tuple[Mesh, np.ndarray]]:

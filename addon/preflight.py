@@ -7,7 +7,7 @@ the interface: scripts compare them, so they keep their names.
 """
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +16,7 @@ import numpy as np
 
 from ..gi_core.scene import Camera, Mesh, Scene, Texture
 from ..gi_core.texels import outside, overlap
+from ..gi_core.tiles import finish
 from . import denoise as denoiser
 from .read import read_scene
 from .read.images import ImageReader, is_there
@@ -68,13 +69,37 @@ def inspected(
 ) -> tuple[list[Finding], Scene]:
     """What stands in the way of a bake of `view_layer` of `scene`, errors first, and the scene as it was read.
 
+    Arguments and errors as for `inspecting`.
+    """
+    return finish(
+        inspecting(scene, view_layer, images, target, objects, uv, output, denoise, glossy, bakes)
+    )
+
+
+def inspecting(
+    scene: bpy.types.Scene,
+    view_layer: bpy.types.ViewLayer,
+    images: ImageReader | None,
+    target: str = "image",
+    objects: Sequence[str] = (),
+    uv: str = "",
+    output: str | Path | None = None,
+    denoise: str = "bilateral",
+    glossy: bool = False,
+    bakes: SurfaceBakes | None = None,
+    uvs: Mapping[bpy.types.Mesh, np.ndarray] | None = None,
+) -> Iterator[tuple[str, float]]:
+    """What stands in the way of a bake of `view_layer` of `scene`, errors first, and the scene as it was read. A
+    generator of (stage, fraction of it), "read" and "checks", of which the latter touches nothing of Blender.
+
     images: reads textures; with None each is one white pixel, and the scene is good for nothing but findings.
     target: "image", "lightmap", "vertices" or "volume".
     objects: names of the objects that get results; empty for all that render.
     uv: name of the UV map that lightmaps lie on; "" for each mesh's active one.
     output: path of the folder for files; None where none are written.
     denoise: how noise is taken out, as in the settings. glossy: whether glossy surfaces are baked.
-    bakes: collects what of the materials is to be baked; nothing is baked here.
+    bakes: collects what of the materials is to be baked; nothing is baked here. uvs: lightmap UVs to read as if they
+    were in the file.
 
     The file is not changed. Raises RuntimeError where Blender cannot render now.
     """
@@ -90,19 +115,29 @@ def inspected(
     def look(core: Scene, depsgraph: bpy.types.Depsgraph):
         findings.extend(checked.findings)
         findings.extend(_check_lights(depsgraph))
-        findings.extend(_check_light(core, scene))
-        findings.extend(_check_geometry(core, objects))
-        findings.extend(_check_receivers(core, scene, target, objects))
-        if target == "image" and camera:
-            findings.extend(_check_camera(core, camera))
-        if target == "lightmap":
-            findings.extend(_check_uvs(core, scene, objects, uv))
-        if target == "vertices":
-            findings.extend(_check_vertices(core, scene, objects))
 
-    core = read_scene(
-        scene, view_layer, checked, look, with_panorama=images is not None, glossy=glossy, bakes=bakes
-    )
+    yield "read", 0.0
+    with lightmap_uvs.lent(uvs or {}):
+        core = read_scene(
+            scene, view_layer, checked, look, with_panorama=images is not None, glossy=glossy, bakes=bakes
+        )
+    findings.extend(_check_light(core, scene))
+    yield "checks", 0.0
+    findings.extend(_check_geometry(core, objects))
+    maps = {}
+    if target == "lightmap":
+        for name, mesh in _receivers(core, objects):
+            if (uv or mesh.active_uv) in mesh.uvs:
+                yield "checks", 0.5
+                maps[name] = _Map.of(mesh.uvs[uv or mesh.active_uv])
+    yield "read", 1.0
+    findings.extend(_check_receivers(core, scene, target, objects))
+    if target == "image" and camera:
+        findings.extend(_check_camera(core, camera))
+    if target == "lightmap":
+        findings.extend(_check_uvs(core, scene, objects, uv, maps))
+    if target == "vertices":
+        findings.extend(_check_vertices(core, scene, objects))
     return sorted(dict.fromkeys(findings), key=lambda finding: finding.severity), core
 
 
@@ -323,28 +358,43 @@ def _receivers(core: Scene, objects: Sequence[str]) -> Iterator[tuple[str, Mesh]
             yield instance.name, core.meshes[instance.mesh]
 
 
-def _check_uvs(core: Scene, scene: bpy.types.Scene, objects: Sequence[str], uv: str) -> Iterator[Finding]:
+@dataclass(frozen=True)
+class _Map:
+    """How lightmaps lie on a UV map. area: of all faces. outside: share of it in faces that leave the unit square.
+    overlap: share of what is covered that several faces cover."""
+
+    area: float
+    outside: float
+    overlap: float
+
+    @staticmethod
+    def of(uvs: np.ndarray) -> "_Map":
+        return _Map(_areas(uvs).sum() / 2, outside(uvs), overlap(uvs))
+
+
+def _check_uvs(
+    core: Scene, scene: bpy.types.Scene, objects: Sequence[str], uv: str, maps: dict[str, _Map]
+) -> Iterator[Finding]:
     for name, mesh in _receivers(core, objects):
         chosen = uv or mesh.active_uv
-        uv_map = mesh.uvs.get(chosen)
-        if uv_map is None:
+        lies = maps.get(name)
+        if lies is None:
             why, remedy = _why_no_map(scene.objects[name])
             message = Sentence("'{name}' has no UV map{why}.", name=name, why=why)
             if uv:
                 message = Sentence("'{name}' has no UV map '{map}'{why}.", name=name, map=uv, why=why)
             yield _error("NO_UV_MAP", name, message, Sentence("{remedy} Or leave it out.", remedy=Sentence(remedy)))
             continue
-        area = _areas(uv_map).sum() / 2
-        if not area > 0:
+        if not lies.area > 0:
             message = Sentence("No face of '{name}' has an area on UV map '{map}'.", name=name, map=chosen)
             yield _error("EMPTY_UV_MAP", name, message, "Unwrap it.")
-        elif share := outside(uv_map):
+        elif share := lies.outside:
             message = Sentence(
                 "{share:.1%} of UV map '{map}' of '{name}' is in faces that leave the unit square: not baked.",
                 share=share, map=chosen, name=name,
             )  # fmt: skip
             yield _warning("UV_OUTSIDE", name, message, "Pack the islands, or bake to another UV map.")
-        elif (share := overlap(uv_map)) > lightmap_uvs.TOLERANCE:
+        elif (share := lies.overlap) > lightmap_uvs.TOLERANCE:
             message = Sentence(
                 "Faces of '{name}' overlap on {share:.1%} of UV map '{map}' and share their light there.",
                 name=name, share=share, map=chosen,

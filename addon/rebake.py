@@ -7,7 +7,7 @@ what these reflect onto it stays as it was until all is baked again.
 """
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, fields, is_dataclass, replace
 
 import bpy
@@ -40,14 +40,17 @@ def signatures(core: Scene, pages: Sequence[Page], method: str, settings: Settin
 
 def due(
     scene: bpy.types.Scene, core: Scene, pages: list[Page], method: str, settings: Settings
-) -> tuple[list[Page], list[Page], dict[str, str], dict[str, np.ndarray]]:
-    """What of the pages is to be baked, by the setting `rebake`.
+) -> Iterator[tuple[str, float]]:
+    """What of the pages is to be baked, by the setting `rebake`. A generator of (stage, fraction of it), "layout" and
+    "signatures", of which the latter touches nothing of Blender.
 
     Returns all pages, those with only the objects that are due, `signatures`, and what is kept, see `kept`.
     """
     changed = settings.rebake == "changed"
     whole = [_as_before(scene, page) or page for page in pages] if changed else pages
+    yield "signatures", 0.0
     hashes = signatures(core, whole, method, settings)
+    yield "layout", 1.0
     if not changed:
         return whole, whole, hashes, {}
     still, earlier = kept(scene, whole, hashes)

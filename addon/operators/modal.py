@@ -40,6 +40,7 @@ class Modal:
         raise NotImplementedError
 
     def execute(self, context):
+        self._scene = context.scene.name
         try:
             work = self._begin(context, None)
             manager = context.window_manager
@@ -63,8 +64,8 @@ class Modal:
 
     def _start(self, context):
         """Begins work that `modal` follows."""
-        self._preview, self._timer, self._pictured = preview.Preview(), None, 0.0
         self._scene = context.scene.name
+        self._preview, self._timer, self._pictured = preview.Preview(), None, 0.0
         try:
             work = self._begin(context, self._preview)
         except Exception as error:

@@ -491,6 +491,8 @@ _TEXTS = {
     "Baking materials": "正在烘焙材质",
     "Laying out lightmaps": "正在排布光照贴图",
     "Seams and borders": "正在处理接缝与边缘",
+    "Looking for mistakes": "正在检查",
+    "Looking at UV maps": "正在检查 UV 贴图",
     # Findings with names in them
     "End the bake or comparison that is on its way; the file stays as it was before (Esc)": "结束正在进行的烘焙或对比；文件保持原样（Esc）",
     "'{name}' cannot be placed. A vertex of it is infinitely far or not a number.": "“{name}”无法放置：它有顶点位于无穷远处或不是数值。",

@@ -13,10 +13,11 @@ from .words import duration, wrapped
 
 # What a bake is doing, for people.
 STAGES = {
-    "": "Starting", "read": "Reading the scene", "trees": "Building ray trees", "maps": "Light from lamps",
-    "points": "Finding points", "lamps": "Direct light", "gather": "Reflected light", "denoise": "Filtering",
-    "oidn": "Open Image Denoise", "gloss": "Reflections", "medium": "Fog", "unwrap": "Making UV maps",
-    "materials": "Baking materials", "layout": "Laying out lightmaps", "borders": "Seams and borders",
+    "": "Starting", "read": "Reading the scene", "checks": "Looking for mistakes", "trees": "Building ray trees",
+    "maps": "Light from lamps", "points": "Finding points", "lamps": "Direct light", "gather": "Reflected light",
+    "denoise": "Filtering", "oidn": "Open Image Denoise", "gloss": "Reflections", "medium": "Fog",
+    "unwrap": "Making UV maps", "overlaps": "Looking at UV maps", "materials": "Baking materials",
+    "layout": "Laying out lightmaps", "signatures": "Laying out lightmaps", "borders": "Seams and borders",
     "cycles": "Cycles renders", "measure": "Measuring", "report": "Writing the report",
 }  # fmt: skip
 
