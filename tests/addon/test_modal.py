@@ -151,6 +151,16 @@ def test_to_an_error(gi, operator, monkeypatch):
     assert session.run is None and left_over(operator) == [] and names() == before
 
 
+def test_a_check_beside_a_living_window(gi):
+    session, scene = gi("addon.session").session, bpy.context.scene
+    scene.camera = None
+    checking = driven(gi, "check", "GI_OT_check")
+    assert checking._start(checking.context) == {"RUNNING_MODAL"}
+    assert follow(checking) == {"CANCELLED"} and left_over(checking) == []
+    assert [f.code for f in session.findings(scene)] == ["NO_CAMERA"]
+    assert [kind for kind, _ in checking.said] == [{"ERROR"}]
+
+
 def test_a_comparison_to_the_end(gi, comparison, monkeypatch):
     halves, session = gi("addon.compare.halves"), gi("addon.session").session
     where = {}
