@@ -52,6 +52,9 @@ _GUIDES = 1 << 14
 # Stages whose steps touch Blender, which allows that on its main thread only; the others may run on any.
 ON_MAIN_THREAD = frozenset({"unwrap", "read", "materials", "layout", "oidn"})
 
+# Stages after which the scene is still asked: what is undone or removed then ends the bake.
+HOLDING = frozenset({"unwrap", "overlaps", "read", "checks", "materials", "trees", "layout", "signatures"})
+
 
 class NotThere(ValueError):
     """What was asked for is not part of this version."""

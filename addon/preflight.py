@@ -411,7 +411,7 @@ def _why_no_map(obj: bpy.types.Object) -> tuple[str, str]:
         return Sentence(": {reason}", reason=Sentence(reason[0])), reason[1]
     if obj.modifiers:
         return Sentence(": its modifiers make faces without one"), "Apply them."
-    return Sentence(""), "Unwrap it."
+    return "", "Unwrap it."
 
 
 def _check_vertices(core: Scene, scene: bpy.types.Scene, objects: Sequence[str]) -> Iterator[Finding]:

@@ -74,7 +74,7 @@ def _before_save(*_):
 @bpy.app.handlers.persistent
 def _before_undo(*_):
     # What it knows of the file may be gone afterwards.
-    if session.run and session.run.touches_blender:
+    if session.run and session.run.holds_file:
         session.run.cancel()
 
 

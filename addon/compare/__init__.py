@@ -23,8 +23,9 @@ from .machine import processor, version
 from .report import write_report
 from .subject import Subject, summed
 
-# Stages whose steps touch Blender, which allows that on its main thread only; the others may run on any.
-ON_MAIN_THREAD = frozenset({"cycles"})
+# Stages whose steps touch Blender, which allows that on its main thread only; the others may run on any, and know
+# nothing of the file.
+ON_MAIN_THREAD = HOLDING = frozenset({"cycles"})
 
 # What has been done of the whole when Cycles is done, and when all is measured.
 _CYCLES, _REPORT = 0.9, 0.95

@@ -19,8 +19,8 @@ PASSES = (
     "environment", "normal", "position", "z",
 )  # fmt: skip
 
-# Samples of all points that Cycles takes in one go, of a second or two: between goes, whoever waits can cancel.
-_GO = 1 << 21
+# Samples of all points that Cycles takes in one go, about a second on two cores. Between goes one can cancel.
+_GO = 1 << 20
 
 # Of a pixel's first sample, not the mean of all.
 _OF_FIRST = {"Depth", "Position"}

@@ -11,7 +11,7 @@ from bpy.types import Operator
 
 from ...gi_core.device import NUMPY
 from .. import asked, baked, gpu_context, preferences, preflight, preview, timing
-from ..bake import ON_MAIN_THREAD, Job, Refused, Result, bake
+from ..bake import HOLDING, ON_MAIN_THREAD, Job, Refused, Result, bake
 from ..properties import METHODS, TARGETS
 from ..session import session
 from .modal import Modal
@@ -25,6 +25,7 @@ class GI_OT_bake(Modal, Operator):
     bl_label = "Bake"
     # Not REGISTER, whose panel would bake anew at each touch.
     bl_options = {"UNDO"}
+    holding = HOLDING
 
     method: EnumProperty(
         name="Technique", description="How reflected light is found; the scene's own where it is not given",

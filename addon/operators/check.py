@@ -9,7 +9,7 @@ from bpy.types import Operator
 
 from ...gi_core.tiles import finish
 from .. import asked, preferences, preflight
-from ..bake import ON_MAIN_THREAD, making_uvs
+from ..bake import HOLDING, ON_MAIN_THREAD, making_uvs
 from ..session import session
 from ..stages import Stages
 from .findings import failure, report
@@ -22,6 +22,7 @@ class GI_OT_check(Modal, Operator):
     bl_idname = "gi.check"
     bl_label = "Check"
     bl_options = {"REGISTER"}
+    holding = HOLDING
 
     def _begin(self, context, seen):
         return _checked(context.scene, context.view_layer)

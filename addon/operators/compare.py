@@ -10,7 +10,7 @@ from bpy.types import Operator
 
 from .. import asked, baked, preferences, preview
 from ..bake import Refused
-from ..compare import ON_MAIN_THREAD, compare_in_steps
+from ..compare import HOLDING, ON_MAIN_THREAD, compare_in_steps
 from ..preflight import Finding
 from ..sentence import Sentence
 from ..session import session
@@ -25,6 +25,7 @@ class GI_OT_compare(Modal, Operator):
     bl_idname = "gi.compare"
     bl_label = "Compare with Cycles"
     bl_options = {"UNDO"}
+    holding = HOLDING
 
     samples: IntProperty(
         name="Cycles Samples", description="Samples that Cycles takes; 0 takes the scene's", min=0, max=65536,
@@ -57,6 +58,7 @@ class GI_OT_compare(Modal, Operator):
             )
             remedy = "Go to that frame, and keep the view layer."
             raise Refused([Finding("ELSEWHERE", "ERROR", "", message, remedy)])
+        self._layer = line.view_layer
         self._names, self._folder = (scene.name, line.key), self._chosen_folder(scene)
         return _compared(
             session.results[line.key], scene, view_layer, self.samples or scene.gi_bake.reference_samples, self._folder

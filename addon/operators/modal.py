@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterator
 import bpy
 
 from .. import preview
+from ..bake import Refused
+from ..preflight import Finding
 from ..redraw import redraw
 from ..run import Run
 from ..session import session
@@ -23,6 +25,9 @@ _PICTURE = 0.3
 
 class Modal:
     """An operator with work: `_begin` gives it, `_end` puts its value into the file, which is as it was until then."""
+
+    # Stages after which the work still knows parts of the file.
+    holding = frozenset()
 
     @classmethod
     def poll(cls, context):
@@ -64,13 +69,13 @@ class Modal:
 
     def _start(self, context):
         """Begins work that `modal` follows."""
-        self._scene = context.scene.name
+        self._scene, self._layer = context.scene.name, context.view_layer.name
         self._preview, self._timer, self._pictured = preview.Preview(), None, 0.0
         try:
             work = self._begin(context, self._preview)
         except Exception as error:
             return self._fail(context.scene, error)
-        self._run = session.run = Run(work, self._on_main())
+        self._run = session.run = Run(work, self._on_main(), self.holding)
         session.of = self._scene
         self._timer = context.window_manager.event_timer_add(_TICK, window=context.window)
         context.window_manager.modal_handler_add(self)
@@ -92,6 +97,8 @@ class Modal:
             return {"RUNNING_MODAL"}
         if event.type != "TIMER":
             return {"PASS_THROUGH"}
+        if run.holds_file and not self._there():
+            raise Refused([Finding("SCENE_GONE", "ERROR", "", "The scene or its view layer was removed.", "")])
         ended = run.advance(_STEP)
         if not ended and time.perf_counter() - self._pictured > _PICTURE:
             self._preview.refresh()
@@ -100,6 +107,11 @@ class Modal:
         if not ended:
             return {"PASS_THROUGH"}
         return self._ended(context)
+
+    def _there(self) -> bool:
+        """Whether the scene and the view layer are, that the work began with."""
+        scene = bpy.data.scenes.get(self._scene)
+        return scene is not None and self._layer in scene.view_layers
 
     def cancel(self, context):
         """Blender quits, or its window closes."""

@@ -47,6 +47,8 @@ _TEXTS = {
     "{:s} left": "剩余 {:s}",
     "{:.0f} s": "{:.0f} 秒",
     "{:.1f} s": "{:.1f} 秒",
+    "{:.0f} min": "{:.0f} 分",
+    "{:.1f} h": "{:.1f} 小时",
     "{:.0f} min {:.0f} s": "{:.0f} 分 {:.0f} 秒",
     "{:.0f} h {:.0f} min": "{:.0f} 小时 {:.0f} 分",
     "In use: {:.1f} MB": "已用：{:.1f} MB",
@@ -493,6 +495,7 @@ _TEXTS = {
     "Seams and borders": "正在处理接缝与边缘",
     "Looking for mistakes": "正在检查",
     "Looking at UV maps": "正在检查 UV 贴图",
+    "The scene or its view layer was removed.": "场景或其视图层已被移除。",
     # Findings with names in them
     "End the bake or comparison that is on its way; the file stays as it was before (Esc)": "结束正在进行的烘焙或对比；文件保持原样（Esc）",
     "'{name}' cannot be placed. A vertex of it is infinitely far or not a number.": "“{name}”无法放置：它有顶点位于无穷远处或不是数值。",

@@ -23,6 +23,7 @@ class GI_PT_extent(RenderPanel, Panel):
         seconds = timing.expected(context.scene, context.view_layer)
         known = {
             "Objects": str(extent.objects) if group.target in {"LIGHTMAP", "VERTICES"} else "",
+            "Images": str(extent.images) if group.target == "LIGHTMAP" else "",
             "Resolution": extent.size if group.target in {"IMAGE", "LIGHTMAP"} else "",
             {"LIGHTMAP": "Texels", "VERTICES": "Vertices", "VOLUME": "Cells"}.get(group.target, "Points"):
                 amount(extent.points),

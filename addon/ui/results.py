@@ -7,7 +7,7 @@ from bpy.types import Panel, UIList
 
 from .panel import RenderPanel
 from .settings import prop
-from .words import duration
+from .words import duration, short
 
 
 class GI_UL_results(UIList):
@@ -16,10 +16,10 @@ class GI_UL_results(UIList):
     bl_idname = "GI_UL_results"
 
     def draw_item(self, context, layout, data, item, icon, active_data, active_property, index=0, flt_flag=0):
-        split = layout.split(factor=0.45)
+        split = layout.split(factor=0.33)
         split.prop(item, "name", text="", emboss=False, icon=_icon(item))
         error = f"  {item.error:.4f}" if item.compared else ""
-        split.label(text=f"{item.method}  {duration(item.seconds)}{error}", translate=False)
+        split.label(text=f"{item.method}  {short(item.seconds)}{error}", translate=False)
 
 
 def _icon(item) -> str:

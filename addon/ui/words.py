@@ -8,9 +8,11 @@ import blf
 import bpy
 from bpy.app.translations import pgettext_iface as iface_
 
-# Where a line may end: after a word, and after any character of a script that has no spaces.
+# Where a line may end: after a word, and after any character of a script that has no spaces,
+# but not before what closes a sentence.
 _CJK = "\u3000-\u9fff\uff00-\uffef"
-_PIECES = re.compile(rf"[{_CJK}]|\s*[^\s{_CJK}]+|\s+")
+_CLOSING = "，。：；、！？）》”’"
+_PIECES = re.compile(rf"[{_CJK}][{_CLOSING}]*|\s*[^\s{_CJK}]+|\s+")
 
 
 def wrapped(layout: bpy.types.UILayout, text: str, context, icon: str = "NONE", taken: int = 0) -> None:
@@ -37,6 +39,13 @@ def duration(seconds: float) -> str:
     if seconds < 3600:
         return iface_("{:.0f} min {:.0f} s").format(seconds // 60, seconds % 60)
     return iface_("{:.0f} h {:.0f} min").format(seconds // 3600, seconds % 3600 // 60)
+
+
+def short(seconds: float) -> str:
+    """Seconds in one number."""
+    if seconds < 100:
+        return duration(seconds) if seconds < 60 else iface_("{:.0f} s").format(seconds)
+    return iface_("{:.0f} min").format(seconds / 60) if seconds < 5400 else iface_("{:.1f} h").format(seconds / 3600)
 
 
 def amount(count: float) -> str:

@@ -37,7 +37,7 @@ def driven(gi, module, name):
     classes = gi("addon.operators.modal").Modal, getattr(gi(f"addon.operators.{module}"), name)
     body = {name: method for cls in classes for name, method in vars(cls).items() if inspect.isfunction(method)}
     made = type(name, (), body)()
-    made.said = []
+    made.holding, made.said = classes[1].holding, []
     made.report = lambda kind, text: made.said.append((kind, text))
     made.context = SimpleNamespace(
         scene=bpy.context.scene, view_layer=bpy.context.view_layer, window=object(), window_manager=_Windows()
@@ -111,13 +111,15 @@ def test_what_touches_blender_stays_on_the_main_thread(gi, operator, monkeypatch
         return seen
 
     preflight, light = gi("addon.preflight"), gi("addon.bake")
-    for module, name in ((preflight, "inspected"), (light, "read_cameras"), (light, "Tracer")):
+    called = (preflight, "read_scene"), (preflight, "_check_geometry"), (light, "read_cameras"), (light, "Tracer")
+    for module, name in called:
         monkeypatch.setattr(module, name, noted(name, getattr(module, name)))
     monkeypatch.setattr(light.denoise, "oidn", noted("oidn", lambda image, *guides: image))
     bpy.context.scene.gi_bake.denoise = "OIDN"
     operator._start(operator.context)
     assert follow(operator) == {"FINISHED"}
-    assert where == {"inspected": True, "read_cameras": True, "Tracer": False, "oidn": True}
+    on_main = {"read_scene", "read_cameras", "oidn"}
+    assert where == {name: name in on_main for name in (*on_main, "_check_geometry", "Tracer")}
 
 
 @pytest.mark.parametrize("by", ["esc", "button"])
@@ -235,6 +237,16 @@ def test_a_scene_that_is_gone_at_the_end_is_said(gi, operator):
     bpy.data.scenes.remove(doomed)
     assert follow(operator) == {"CANCELLED"}
     assert any(kind == {"ERROR"} for kind, _ in operator.said) and left_over(operator) == []
+
+
+def test_a_view_layer_that_is_removed_ends_what_holds_on_to_it(gi, comparison):
+    session, scene = gi("addon.session").session, bpy.context.scene
+    comparison._start(comparison.context)
+    follow(comparison, lambda: session.run.fraction > 0.3)
+    scene.view_layers.new("Kept")
+    scene.view_layers.remove(scene.view_layers[0])
+    assert follow(comparison) == {"CANCELLED"} and left_over(comparison) == []
+    assert [f.code for f in session.findings(scene)] == ["SCENE_GONE"]
 
 
 def test_the_picture_so_far_is_shown_and_taken_away_and_never_saved(gi, tmp_path):

@@ -173,6 +173,30 @@ def test_objects_left_out_or_not_selected_get_no_lightmap(gi):
         bpy.ops.gi.bake(target="LIGHTMAP")
 
 
+def test_what_is_baked_is_told_beforehand(gi):
+    group, extent = bpy.context.scene.gi_bake, gi("addon.asked").extent
+
+    def told():
+        found = extent(bpy.context.scene, bpy.context.view_layer)
+        bpy.ops.gi.bake()
+        sizes = sorted(image.size[0] for image in bpy.data.images if image.name.endswith("Lightmap"))
+        return found, sizes
+
+    group.target, group.resolution = "LIGHTMAP", 16
+    bpy.data.objects["Floor"].gi_bake.lightmap_factor = 2
+    found, sizes = told()
+    assert (found.objects, found.images, found.size) == (7, 7, "16² … 32²") and sizes == [16] * 6 + [32]
+    assert found.points == sum(side**2 for side in sizes)
+    group.atlas, group.resolution = "ALL", 64
+    found = extent(bpy.context.scene, bpy.context.view_layer)
+    assert (found.objects, found.images, found.points) == (7, 1, 64 * 64)
+    group.atlas, group.density = "OBJECT", 8
+    found = extent(bpy.context.scene, bpy.context.view_layer)
+    bpy.ops.gi.bake()
+    baked = sum(np.prod(part.image.size) for part in group.results[-1].images)
+    assert found.images == 7 and 0.4 < found.points / baked < 2.5
+
+
 def test_a_refused_bake_shows_its_findings_and_a_remedy_takes_them_away(gi):
     scene, session = bpy.context.scene, gi("addon.session").session
     scene.camera, before = None, names()
