@@ -196,13 +196,13 @@ def bake(
     Raises Refused, before any work, where the preflight finds errors.
     """
     stages, bakes = Stages(), SurfaceBakes()
-    made = yield from stages.follow(making_uvs(scene, view_layer, job), 0, 0, {})
+    made = yield from stages.announced(making_uvs(scene, view_layer, job))
     work = preflight.inspecting(
         scene, view_layer, ImageReader(),
         target=job.target, objects=job.objects, uv=job.uv, output=output, denoise=job.settings.denoise,
         glossy=job.settings.glossy, bakes=bakes, uvs=made,
     )  # fmt: skip
-    findings, core = yield from stages.follow(work, 0, 0, {})
+    findings, core = yield from stages.announced(work)
     if any(f.severity == "ERROR" for f in findings):
         raise Refused(findings)
     if bakes.patches:
@@ -238,7 +238,7 @@ def bake(
         with stages.time("layout"):
             whole = layout.pages(tracer.geometry, scene, names, job.uv, job.resolution, job.settings)
         work = rebake.due(scene, core, whole, job.method, job.settings)
-        whole, pages, hashes, earlier = yield from stages.follow(work, 0, 0, {})
+        whole, pages, hashes, earlier = yield from stages.announced(work)
         names = tuple(place.name for page in pages for place in page.places)
         yield 0.0, "maps"
     receivers = _receivers(tracer, job, camera, names, pages)

@@ -54,13 +54,13 @@ def _checked(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Iterato
     job = asked.job(scene, view_layer, device=preferences.device())
     folder = scene.gi_bake.folder if asked.needs_folder(scene, job.target) else None
     stages = Stages()
-    uvs = yield from stages.follow(making_uvs(scene, view_layer, job), 0, 0.5, {"overlaps": 0.5, "unwrap": 0.5})
+    uvs = yield from stages.announced(making_uvs(scene, view_layer, job))
     work = preflight.inspecting(
         scene, view_layer, None,
         target=job.target, objects=job.objects, uv=job.uv, output=folder, denoise=job.settings.denoise,
         glossy=job.settings.glossy, uvs=uvs,
     )  # fmt: skip
-    findings, _ = yield from stages.follow(work, 0.5, 0.5, {"read": 0.5, "checks": 0.5})
+    findings, _ = yield from stages.announced(work, 0.5)
     return findings
 
 

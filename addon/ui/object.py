@@ -4,6 +4,8 @@
 
 from bpy.types import Panel
 
+from .settings import prop
+
 
 class GI_PT_object(Panel):
     bl_idname = "GI_PT_object"
@@ -19,4 +21,4 @@ class GI_PT_object(Panel):
         layout = self.layout
         layout.use_property_split, layout.use_property_decorate = True, False
         for name in ("use", "casts", "lightmap_factor", "lightmap_group"):
-            layout.prop(context.object.gi_bake, name)
+            prop(layout, context.object.gi_bake, name, context)

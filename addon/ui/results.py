@@ -16,10 +16,10 @@ class GI_UL_results(UIList):
     bl_idname = "GI_UL_results"
 
     def draw_item(self, context, layout, data, item, icon, active_data, active_property, index=0, flt_flag=0):
-        split = layout.split(factor=0.33)
+        split = layout.split(factor=0.4)
         split.prop(item, "name", text="", emboss=False, icon=_icon(item))
-        error = f"  {item.error:.4f}" if item.compared else ""
-        split.label(text=f"{item.method}  {short(item.seconds)}{error}", translate=False)
+        error = f" {item.error:.3f}" if item.compared else ""
+        split.label(text=f"{item.method} {short(item.seconds)}{error}", translate=False)
 
 
 def _icon(item) -> str:
