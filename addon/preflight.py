@@ -71,9 +71,7 @@ def inspected(
 
     Arguments and errors as for `inspecting`.
     """
-    return finish(
-        inspecting(scene, view_layer, images, target, objects, uv, output, denoise, glossy, bakes)
-    )
+    return finish(inspecting(scene, view_layer, images, target, objects, uv, output, denoise, glossy, bakes))
 
 
 def inspecting(
