@@ -7,9 +7,9 @@ _commands = []
 
 def _modules():
     # Here and not above: without a Blender around it, `gi_bake.addon` can still be imported to be looked at.
-    from . import operators, preferences, presets, properties, remedies, session, translations, ui
+    from . import operators, preferences, presets, properties, session, translations, ui
 
-    return properties, session, operators, remedies, presets, ui, preferences, translations
+    return properties, session, operators, presets, ui, preferences, translations
 
 
 def register():

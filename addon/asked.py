@@ -2,17 +2,20 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What the properties of a scene ask for: the job, its folder, and how much it is."""
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, fields, replace
 from pathlib import Path
 
 import bpy
 
+from ..gi_core.atlas import MOST
 from ..gi_core.lpv.grid import memory
 from ..gi_core.receivers import POINT_BYTES
 from ..gi_core.settings import Settings
 from ..gi_core.techniques import METHODS
-from .bake import Job
+from . import layout
+from .job import Job
 from .rna import own_fields, values
 
 _SURFACES = {"MESH", "CURVE", "FONT", "SURFACE", "META"}
@@ -100,12 +103,13 @@ def needs_folder(scene: bpy.types.Scene, target: str) -> bool:
 @dataclass(frozen=True)
 class Extent:
     """How much a bake is. objects: that get light, 0 for an image. points: pixels, texels or vertices; cells of a
-    volume. size: resolution, as text. memory: bytes, about."""
+    volume. size: resolution, as text. memory: bytes, about. images: lightmaps."""
 
     objects: int
     points: int
     size: str
     memory: int
+    images: int = 0
 
 
 def extent(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Extent:
@@ -125,9 +129,37 @@ def extent(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Extent:
     if target == "vertices":
         points = sum(len(o.data.vertices) for o in chosen if o.type == "MESH")
         return Extent(len(chosen), points, str(points), volume + _working(points, group.memory))
-    side = group.resolution
-    points = len(chosen) * side**2
-    return Extent(len(chosen), points, f"{side} × {side}", volume + _working(points, group.memory) + 16 * points)
+    sides = _sides(chosen, scene, settings(scene, method))
+    points = sum(side**2 for side in sides)
+    low, high = min(sides, default=group.resolution), max(sides, default=group.resolution)
+    size = f"{high} × {high}" if low == high else f"{low}² … {high}²"
+    taken = volume + _working(points, group.memory) + 16 * points
+    return Extent(len(chosen), points, size, taken, len(sides))
+
+
+def _sides(objects: list[bpy.types.Object], scene: bpy.types.Scene, chosen: Settings) -> list[int]:
+    """Sides of the lightmaps of objects [texels], one by one. At a density they are guessed by the boxes around the
+    objects."""
+    lightmaps: dict[tuple[str, str], list[bpy.types.Object]] = {}
+    for obj in objects:
+        lightmaps.setdefault(layout.group(obj, scene, chosen), []).append(obj)
+    found, resolution = [], scene.gi_bake.resolution
+    for (kind, _), members in lightmaps.items():
+        if kind == "object":
+            factor = members[0].gi_bake.lightmap_factor
+            found.append(_dense(members[0], chosen.density) if chosen.density else max(4, round(resolution * factor)))
+        else:
+            texels = sum(_dense(obj, chosen.density) ** 2 for obj in members)
+            found += [resolution] * max(1, math.ceil(texels / resolution**2))
+    return found
+
+
+def _dense(obj: bpy.types.Object, density: float) -> int:
+    """Side of an object's lightmap at so many texels per metre, about: flat ones fill theirs, others half of it."""
+    x, y, z = sorted(obj.dimensions)
+    texels = y * z if x < 0.01 * z else 2 * (x * y + y * z + z * x) / 0.5
+    side = math.sqrt(texels) * density * obj.gi_bake.lightmap_factor
+    return min(-(-math.ceil(side) // 4) * 4, MOST)
 
 
 def image_size(scene: bpy.types.Scene) -> tuple[int, int]:

@@ -28,7 +28,7 @@ from ..gi_core.scene import Camera, Mesh, Scene
 from ..gi_core.settings import Settings
 from ..gi_core.techniques import METHODS, Asked
 from ..gi_core.tile_light import TileLight
-from ..gi_core.tiles import named
+from ..gi_core.tiles import finish, named
 from ..gi_core.trace import Tracer
 from . import gpu_context, layout, lightmap_borders, preflight, rebake
 from .canvases import kept_layers, pixels, put, without_noise
@@ -51,6 +51,9 @@ _GUIDES = 1 << 14
 
 # Stages whose steps touch Blender, which allows that on its main thread only; the others may run on any.
 ON_MAIN_THREAD = frozenset({"unwrap", "read", "materials", "layout", "oidn"})
+
+# Stages after which the scene is still asked: what is undone or removed then ends the bake.
+HOLDING = frozenset({"unwrap", "overlaps", "read", "checks", "materials", "trees", "layout", "signatures"})
 
 # What generators of (fraction, stage) are.
 Steps = Iterator[tuple[float, str]]
@@ -101,7 +104,7 @@ def bake(
         yield 0.0, "layout"
         with stages.time("layout"):
             whole = layout.pages(tracer.geometry, scene, names, job.uv, job.resolution, job.settings)
-            due = rebake.due(scene, core, whole, job.method, job.settings)
+        due = yield from stages.announced(rebake.due(scene, core, whole, job.method, job.settings))
         names = tuple(place.name for page in due.pages for place in page.places)
         yield 0.0, "maps"
     camera = core.camera.at(job.resolution) if job.target == "image" else None
@@ -162,18 +165,15 @@ class _Read:
 def _read(
     scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, job: Job, output: Path | None, stages: Stages
 ) -> Steps:
-    """Reads the file: a generator of (fraction, stage), all of Blender's main thread; returns _Read."""
+    """Reads the file: a generator of (fraction, stage); returns _Read."""
     bakes, settings = SurfaceBakes(), job.settings
-    yield 0.0, "unwrap"
-    with stages.time("unwrap"):
-        made = missing_uvs(scene, view_layer, job)
-    yield 0.0, "read"
-    with stages.time("read"), lightmap_uvs.lent(made):
-        findings, core = preflight.inspected(
-            scene, view_layer, ImageReader(),
-            target=job.target, objects=job.objects, uv=job.uv, output=output, denoise=settings.denoise,
-            glossy=settings.glossy, bakes=bakes,
-        )  # fmt: skip
+    made = yield from stages.announced(making_uvs(scene, view_layer, job))
+    work = preflight.inspecting(
+        scene, view_layer, ImageReader(),
+        target=job.target, objects=job.objects, uv=job.uv, output=output, denoise=settings.denoise,
+        glossy=settings.glossy, bakes=bakes, uvs=made,
+    )  # fmt: skip
+    findings, core = yield from stages.announced(work)
     if any(f.severity == "ERROR" for f in findings):
         raise Refused(findings)
     if bakes.patches:
@@ -249,13 +249,19 @@ def missing_uvs(
     scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, job: Job
 ) -> dict[bpy.types.Mesh, np.ndarray]:
     """Lightmap UVs that a job needs and the file lacks: mesh -> (corners, 2) float32."""
+    return finish(making_uvs(scene, view_layer, job))
+
+
+def making_uvs(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, job: Job) -> Iterator[tuple[str, float]]:
+    """`missing_uvs` in steps: a generator of (stage, fraction of it)."""
+    yield "unwrap", 0.0
     settings = job.settings
     if job.target != "lightmap" or job.uv or settings.unwrap == "never":
         return {}
-    return lightmap_uvs.unwrapped(
+    return (yield from lightmap_uvs.unwrapping(
         scene, view_layer, job.objects, layout.side(scene, job.resolution, settings), settings.padding,
         settings.density, layout.is_shared(scene, settings),
-    )  # fmt: skip
+    ))  # fmt: skip
 
 
 def _meshes(geometry: Geometry, pages: Sequence[Page]) -> dict[str, tuple[Mesh, np.ndarray]]:

@@ -11,8 +11,8 @@ import bpy
 import numpy as np
 
 from ..gi_core import display, exr
-from .bake import Result
 from .compare.subject import Subject
+from .result import Result
 from .write.attributes import ATTRIBUTE, COVERAGE
 from .write.images import MARK, file_stem
 from .write.results import export, store
@@ -71,11 +71,19 @@ def drop(scene: bpy.types.Scene, index: int) -> None:
                     obj.data.attributes.remove(found)
 
 
+def layered(subjects: Sequence[Subject], folder: Path) -> list[tuple[str, Path]]:
+    """Writes each picture of a comparison with ours, Cycles' and the difference as layers: its name and its file.
+
+    Nothing of Blender is touched.
+    """
+    # Light at vertices is no picture.
+    return [(c.name, _layers(c, folder / f"{file_stem(c.name)} comparison.exr")) for c in subjects if c.flat]
+
+
 def compared(
-    line: bpy.types.PropertyGroup, subjects: Sequence[Subject], report: Path, folder: Path
+    line: bpy.types.PropertyGroup, subjects: Sequence[Subject], report: Path, pictures: Sequence[tuple[str, Path]]
 ) -> list[bpy.types.Image]:
-    """Notes a comparison with Cycles in a result's line; the images that show it, with ours, Cycles' and the difference
-    as layers. Their files go into the folder and are packed."""
+    """Notes a comparison with Cycles in a result's line; the images that show it, packed, of `layered` files."""
     told = [s for s in subjects if s.kind == "indirect"] or subjects
     line.compared, line.report = True, str(report)
     line.error, line.bias = (
@@ -86,28 +94,25 @@ def compared(
             bpy.data.images.remove(part.image)
     line.comparisons.clear()
     made = []
-    for subject in subjects:
-        if not subject.flat:
-            continue  # vertices are no picture
-        made.append(_layered(subject, folder))
-        line.comparisons.add().image = made[-1]
+    for name, path in pictures:
+        image = bpy.data.images.load(str(path))
+        image.name = f"{name} Comparison"
+        image[MARK] = image.name
+        image.pack()
+        made.append(image)
+        line.comparisons.add().image = image
     return made
 
 
-def _layered(c: Subject, folder: Path) -> bpy.types.Image:
-    """A comparison as a multilayer image, which the Image Editor shows layer by layer."""
+def _layers(c: Subject, path: Path) -> Path:
+    """A multilayer image, which the Image Editor shows layer by layer."""
     exposure = display.exposure_of(c.reference, c.mask)
     [ours] = c.ours.values()
     shown = display.difference(ours, c.reference, exposure, c.mask)[..., :3].astype(np.float32) / 255
     # The file holds scene-linear values, and the picture's colours are sRGB.
     difference = np.where(shown <= 0.04045, shown / 12.92, ((shown + 0.055) / 1.055) ** 2.4).astype(np.float32)
-    path = folder / f"{file_stem(c.name)} comparison.exr"
     exr.write_layers(path, {"Baked": ours, "Cycles": c.reference, "Difference": difference}, "Comparison")
-    image = bpy.data.images.load(str(path))
-    image.name = f"{c.name} Comparison"
-    image[MARK] = image.name
-    image.pack()
-    return image
+    return path
 
 
 def _written(result: Result, scene: bpy.types.Scene, folder: Path, view_layer: str) -> list[Path]:

@@ -45,7 +45,7 @@ def pages(
     """
     groups: dict[tuple[str, str], list[Asked]] = {}
     for name in names:
-        groups.setdefault(_group(scene.objects[name], scene, settings), []).append(_asked(geometry, scene, name, uv))
+        groups.setdefault(group(scene.objects[name], scene, settings), []).append(_asked(geometry, scene, name, uv))
     made: list[Page] = []
     taken: set[str] = set()
     for (kind, label), asked in groups.items():
@@ -78,7 +78,7 @@ def _shared(name: str, asked: list[Asked], resolution: int | None, settings: Set
     return together(name, asked, MOST, settings.density, settings.padding)
 
 
-def _group(obj: bpy.types.Object, scene: bpy.types.Scene, settings: Settings) -> tuple[str, str]:
+def group(obj: bpy.types.Object, scene: bpy.types.Scene, settings: Settings) -> tuple[str, str]:
     """Kind and name of the lightmap that an object lies on."""
     if group := object_options(obj).lightmap_group:
         return "group", group

@@ -7,7 +7,7 @@ the interface: scripts compare them, so they keep their names.
 """
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,11 +16,13 @@ import numpy as np
 
 from ..gi_core.scene import Camera, Mesh, Scene, Texture
 from ..gi_core.texels import outside, overlap
+from ..gi_core.tiles import finish
 from . import denoise as denoiser
 from .read import read_scene
 from .read.images import ImageReader, is_there
 from .read.nodes import Reading
 from .read.surface_bakes import SurfaceBakes
+from .sentence import Sentence
 from .write import lightmap_uvs, volumes
 from .write.attributes import AttributeTargetError, check_targets
 
@@ -34,7 +36,7 @@ class Finding:
     code: stable name, UPPER_SNAKE.
     severity: "ERROR" stops a bake, "WARNING" does not.
     object: name of the object or data-block, "" where it is none.
-    message, remedy: a sentence each.
+    message, remedy: a sentence each; a `Sentence` where there is a name in it, so that it can be translated.
     """
 
     code: str
@@ -67,13 +69,35 @@ def inspected(
 ) -> tuple[list[Finding], Scene]:
     """What stands in the way of a bake of `view_layer` of `scene`, errors first, and the scene as it was read.
 
+    Arguments and errors as for `inspecting`.
+    """
+    return finish(inspecting(scene, view_layer, images, target, objects, uv, output, denoise, glossy, bakes))
+
+
+def inspecting(
+    scene: bpy.types.Scene,
+    view_layer: bpy.types.ViewLayer,
+    images: ImageReader | None,
+    target: str = "image",
+    objects: Sequence[str] = (),
+    uv: str = "",
+    output: str | Path | None = None,
+    denoise: str = "bilateral",
+    glossy: bool = False,
+    bakes: SurfaceBakes | None = None,
+    uvs: Mapping[bpy.types.Mesh, np.ndarray] | None = None,
+) -> Iterator[tuple[str, float]]:
+    """What stands in the way of a bake of `view_layer` of `scene`, errors first, and the scene as it was read. A
+    generator of (stage, fraction of it), "read" and "checks", of which the latter touches nothing of Blender.
+
     images: reads textures; with None each is one white pixel, and the scene is good for nothing but findings.
     target: "image", "lightmap", "vertices" or "volume".
     objects: names of the objects that get results; empty for all that render.
     uv: name of the UV map that lightmaps lie on; "" for each mesh's active one.
     output: path of the folder for files; None where none are written.
     denoise: how noise is taken out, as in the settings. glossy: whether glossy surfaces are baked.
-    bakes: collects what of the materials is to be baked; nothing is baked here.
+    bakes: collects what of the materials is to be baked; nothing is baked here. uvs: lightmap UVs to read as if they
+    were in the file.
 
     The file is not changed. Raises RuntimeError where Blender cannot render now.
     """
@@ -89,25 +113,36 @@ def inspected(
     def look(core: Scene, depsgraph: bpy.types.Depsgraph):
         findings.extend(checked.findings)
         findings.extend(_check_lights(depsgraph))
-        findings.extend(_check_light(core, scene))
-        findings.extend(_check_geometry(core, objects))
-        findings.extend(_check_receivers(core, scene, target, objects))
-        if target == "image" and camera:
-            findings.extend(_check_camera(core, camera))
-        if target == "lightmap":
-            findings.extend(_check_uvs(core, scene, objects, uv))
-        if target == "vertices":
-            findings.extend(_check_vertices(core, scene, objects))
 
-    core = read_scene(
-        scene, view_layer, checked, look, with_panorama=images is not None, glossy=glossy, bakes=bakes
-    )
+    yield "read", 0.0
+    with lightmap_uvs.lent(uvs or {}):
+        core = read_scene(
+            scene, view_layer, checked, look, with_panorama=images is not None, glossy=glossy, bakes=bakes
+        )
+    findings.extend(_check_light(core, scene))
+    yield "checks", 0.0
+    findings.extend(_check_geometry(core, objects))
+    maps = {}
+    if target == "lightmap":
+        for name, mesh in _receivers(core, objects):
+            if (uv or mesh.active_uv) in mesh.uvs:
+                yield "checks", 0.5
+                maps[name] = _Map.of(mesh.uvs[uv or mesh.active_uv])
+    yield "read", 1.0
+    findings.extend(_check_receivers(core, scene, target, objects))
+    if target == "image" and camera:
+        findings.extend(_check_camera(core, camera))
+    if target == "lightmap":
+        findings.extend(_check_uvs(core, scene, objects, uv, maps))
+    if target == "vertices":
+        findings.extend(_check_vertices(core, scene, objects))
     return sorted(dict.fromkeys(findings), key=lambda finding: finding.severity), core
 
 
 def no_camera(scene: bpy.types.Scene) -> Finding:
     """What is wrong where a camera is needed and there is none."""
-    return _error("NO_CAMERA", "", f"Scene '{scene.name}' has no camera.", "Add one and make it active.")
+    message = Sentence("Scene '{scene}' has no camera.", scene=scene.name)
+    return _error("NO_CAMERA", "", message, "Add one and make it active.")
 
 
 def _error(code: str, name: str, message: str, remedy: str) -> Finding:
@@ -122,21 +157,28 @@ def _check_output(output: str | Path | None) -> Iterator[Finding]:
     if output is None:
         return
     if str(output).startswith("//") and not bpy.data.filepath:
-        message = f"The output folder '{output}' is relative to the .blend file, which is not saved."
+        message = Sentence(
+            "The output folder '{folder}' is relative to the .blend file, which is not saved.", folder=output
+        )
         yield _error("UNSAVED_RELATIVE_PATH", "", message, "Save the file or give an absolute path.")
         return
     folder = Path(bpy.path.abspath(str(output))).absolute()
     existing = next(path for path in (folder, *folder.parents) if path.exists())
     if not existing.is_dir() or not os.access(existing, os.W_OK | os.X_OK):
-        reason = "may not be written to" if existing.is_dir() else "is a file"
-        message = f"The output folder '{folder}' cannot be used: '{existing}' {reason}."
+        why = "may not be written to" if existing.is_dir() else "is a file"
+        message = Sentence(
+            "The output folder '{folder}' cannot be used: '{there}' {why}.",
+            folder=folder, there=existing, why=Sentence(why),
+        )  # fmt: skip
         yield _error("OUTPUT_NOT_WRITABLE", "", message, "Choose another folder.")
 
 
 def _check_libraries() -> Iterator[Finding]:
     for library in bpy.data.libraries:
         if library.is_missing:
-            message = f"The linked file '{library.filepath}' is missing; what it holds is left out."
+            message = Sentence(
+                "The linked file '{file}' is missing; what it holds is left out.", file=library.filepath
+            )
             yield _warning("MISSING_LIBRARY", library.name, message, "Relocate the library.")
 
 
@@ -161,10 +203,15 @@ class _CheckedImages:
     def texture(self, node: bpy.types.Node, reading: Reading, channels: str = "COLOR") -> Texture:
         image = node.image
         if image is None:
-            message = f"{reading.owner}: its image node '{node.name}' has no image."
+            message = Sentence(
+                "{owner}: its image node '{node}' has no image.", owner=reading.owner, node=node.name
+            )
             self.findings.append(_error("MISSING_IMAGE", node.name, message, "Choose an image or remove the node."))
         elif not is_there(node):
-            message = f"{reading.owner}: image '{image.name}' cannot be read from '{image.filepath}'."
+            message = Sentence(
+                "{owner}: image '{image}' cannot be read from '{file}'.",
+                owner=reading.owner, image=image.name, file=image.filepath,
+            )  # fmt: skip
             self.findings.append(_error("MISSING_IMAGE", image.name, message, "Relink the file or pack it."))
         elif self._reader:
             return self._reader.texture(node, reading, channels)
@@ -178,12 +225,12 @@ def _check_lights(depsgraph: bpy.types.Depsgraph) -> Iterator[Finding]:
         if entry.object.type != "LIGHT" or not entry.show_self:
             continue
         if not _finite(matrix):
-            yield _not_finite(name, "Its place, rotation or scale is")
+            yield _not_finite(name)
         elif data.type == "AREA" and not _light_area(data, matrix):
-            message = f"Area light '{name}' has no area, so it gives no light."
+            message = Sentence("Area light '{name}' has no area, so it gives no light.", name=name)
             yield _error("ZERO_AREA_LIGHT", name, message, "Give it a size and a scale, or hide it in render.")
         elif not data.energy or not any(data.color):
-            message = f"Light '{name}' has no power or is black."
+            message = Sentence("Light '{name}' has no power or is black.", name=name)
             yield _warning("DARK_LIGHT", name, message, "Give it power, or hide it in render.")
 
 
@@ -198,7 +245,11 @@ def _check_light(core: Scene, scene: bpy.types.Scene) -> Iterator[Finding]:
     if not core.lights and not emitted:
         idle = ", ".join(f"'{there.name}'" for there in scene.objects if there.type == "LIGHT")
         message = "No light shines in render, no material emits and the world is black."
-        message += f" There is {idle}, hidden in render or without power." if idle else ""
+        if idle:
+            message = Sentence(
+                "No light shines in render, no material emits and the world is black. There is {idle}, hidden in "
+                "render or without power.", idle=idle,
+            )  # fmt: skip
         yield _error("NO_LIGHT", "", message, "Add a light, show one in render or give the world a colour.")
     if core.instances and not any(material.albedo.value.any() for material in core.materials):
         message = "No material has a diffuse colour, so no light is reflected."
@@ -212,14 +263,17 @@ def _check_geometry(core: Scene, objects: Sequence[str]) -> Iterator[Finding]:
     for instance in core.instances:
         name, mesh, matrix = instance.name, core.meshes[instance.mesh], instance.matrix[:3, :3]
         if not _finite(instance.matrix):
-            yield _not_finite(name, "Its place, rotation or scale is")
+            yield _not_finite(name)
         elif not finite[instance.mesh]:
-            yield _not_finite(name, "A vertex of it is")
+            message = Sentence(
+                "'{name}' cannot be placed. A vertex of it is infinitely far or not a number.", name=name
+            )
+            yield _not_finite(name, message)
         elif not extended[instance.mesh] or (
             not np.linalg.det(matrix) and not _areas((mesh.vertices @ matrix.T)[mesh.triangles]).any()
         ):
             finding = _error if name in objects else _warning
-            message = f"No face of '{name}' has an area."
+            message = Sentence("No face of '{name}' has an area.", name=name)
             yield finding("ZERO_AREA", name, message, "Give it a shape and a scale, or hide it in render.")
 
 
@@ -228,9 +282,11 @@ def _finite(values: np.ndarray) -> bool:
     return bool((np.abs(values) < 1e18).all())
 
 
-def _not_finite(name: str, what: str) -> Finding:
-    message = f"'{name}' cannot be placed. {what} infinitely far or not a number."
-    return _error("NON_FINITE", name, message, "Repair or delete it, or hide it in render.")
+def _not_finite(name: str, message: str = "") -> Finding:
+    matrix = Sentence(
+        "'{name}' cannot be placed. Its place, rotation or scale is infinitely far or not a number.", name=name
+    )
+    return _error("NON_FINITE", name, message or matrix, "Repair or delete it, or hide it in render.")
 
 
 def _areas(corners: np.ndarray) -> np.ndarray:
@@ -253,23 +309,29 @@ def _check_receivers(core: Scene, scene: bpy.types.Scene, target: str, objects: 
 def _why_not_there(scene: bpy.types.Scene, name: str) -> Finding:
     there = scene.objects.get(name)
     if there is None:
-        return _error("UNKNOWN_OBJECT", name, f"Scene '{scene.name}' has no object '{name}'.", "Check the spelling.")
+        message = Sentence("Scene '{scene}' has no object '{name}'.", scene=scene.name, name=name)
+        return _error("UNKNOWN_OBJECT", name, message, "Check the spelling.")
     if there.type not in _SURFACES:
-        return _error("NOT_A_SURFACE", name, f"'{name}' is of type {there.type}.", "Choose a mesh.")
+        message = Sentence("'{name}' is of type {kind}.", name=name, kind=there.type)
+        return _error("NOT_A_SURFACE", name, message, "Choose a mesh.")
     if there.type == "MESH" and not there.data.polygons and not there.modifiers:
-        return _error("NO_FACES", name, f"Mesh object '{name}' has no faces.", "Give it some, or leave it out.")
-    message = f"'{name}' does not render: it or its collection is hidden or excluded, or nothing is left of its faces."
+        message = Sentence("Mesh object '{name}' has no faces.", name=name)
+        return _error("NO_FACES", name, message, "Give it some, or leave it out.")
+    message = Sentence(
+        "'{name}' does not render: it or its collection is hidden or excluded, or nothing is left of its faces.",
+        name=name,
+    )
     return _error("HIDDEN_IN_RENDER", name, message, "Show it in render, or leave it out.")
 
 
 def _check_camera(core: Scene, camera: bpy.types.Object) -> Iterator[Finding]:
     if core.camera is None:
-        message = f"Camera '{camera.name}' is neither perspective nor orthographic."
+        message = Sentence("Camera '{name}' is neither perspective nor orthographic.", name=camera.name)
         yield _error("UNSUPPORTED_CAMERA", camera.name, message, "Change its type.")
     elif not _finite(core.camera.matrix):
-        yield _not_finite(camera.name, "Its place, rotation or scale is")
+        yield _not_finite(camera.name)
     elif core.instances and not _sees(core.camera, core):
-        message = f"Camera '{camera.name}' sees no surface."
+        message = Sentence("Camera '{name}' sees no surface.", name=camera.name)
         yield _warning("NOTHING_IN_VIEW", camera.name, message, "Turn it to the scene, or look at its clip distances.")
 
 
@@ -294,24 +356,47 @@ def _receivers(core: Scene, objects: Sequence[str]) -> Iterator[tuple[str, Mesh]
             yield instance.name, core.meshes[instance.mesh]
 
 
-def _check_uvs(core: Scene, scene: bpy.types.Scene, objects: Sequence[str], uv: str) -> Iterator[Finding]:
+@dataclass(frozen=True)
+class _Map:
+    """How lightmaps lie on a UV map. area: of all faces. outside: share of it in faces that leave the unit square.
+    overlap: share of what is covered that several faces cover."""
+
+    area: float
+    outside: float
+    overlap: float
+
+    @staticmethod
+    def of(uvs: np.ndarray) -> "_Map":
+        return _Map(_areas(uvs).sum() / 2, outside(uvs), overlap(uvs))
+
+
+def _check_uvs(
+    core: Scene, scene: bpy.types.Scene, objects: Sequence[str], uv: str, maps: dict[str, _Map]
+) -> Iterator[Finding]:
     for name, mesh in _receivers(core, objects):
         chosen = uv or mesh.active_uv
-        uv_map = mesh.uvs.get(chosen)
-        if uv_map is None:
+        lies = maps.get(name)
+        if lies is None:
             why, remedy = _why_no_map(scene.objects[name])
-            message = f"'{name}' has no UV map" + (f" '{uv}'" if uv else "")
-            yield _error("NO_UV_MAP", name, f"{message}{why}.", f"{remedy} Or leave it out.")
+            message = Sentence("'{name}' has no UV map{why}.", name=name, why=why)
+            if uv:
+                message = Sentence("'{name}' has no UV map '{map}'{why}.", name=name, map=uv, why=why)
+            yield _error("NO_UV_MAP", name, message, Sentence("{remedy} Or leave it out.", remedy=Sentence(remedy)))
             continue
-        area = _areas(uv_map).sum() / 2
-        if not area > 0:
-            message = f"No face of '{name}' has an area on UV map '{chosen}'."
+        if not lies.area > 0:
+            message = Sentence("No face of '{name}' has an area on UV map '{map}'.", name=name, map=chosen)
             yield _error("EMPTY_UV_MAP", name, message, "Unwrap it.")
-        elif share := outside(uv_map):
-            message = f"{share:.1%} of UV map '{chosen}' of '{name}' is in faces that leave the unit square: not baked."
+        elif share := lies.outside:
+            message = Sentence(
+                "{share:.1%} of UV map '{map}' of '{name}' is in faces that leave the unit square: not baked.",
+                share=share, map=chosen, name=name,
+            )  # fmt: skip
             yield _warning("UV_OUTSIDE", name, message, "Pack the islands, or bake to another UV map.")
-        elif (share := overlap(uv_map)) > lightmap_uvs.TOLERANCE:
-            message = f"Faces of '{name}' overlap on {share:.1%} of UV map '{chosen}' and share their light there."
+        elif (share := lies.overlap) > lightmap_uvs.TOLERANCE:
+            message = Sentence(
+                "Faces of '{name}' overlap on {share:.1%} of UV map '{map}' and share their light there.",
+                name=name, share=share, map=chosen,
+            )  # fmt: skip
             remedy = "Unwrap it without overlaps, or bake to another UV map; apply modifiers that copy faces."
             yield _warning("UV_OVERLAP", name, message, remedy)
 
@@ -319,24 +404,26 @@ def _check_uvs(core: Scene, scene: bpy.types.Scene, objects: Sequence[str], uv: 
 def _why_no_map(obj: bpy.types.Object) -> tuple[str, str]:
     """Why an object has no lightmap UVs, as the end of a sentence, and the remedy."""
     if obj.type != "MESH":
-        return f": it is of type {obj.type}", "Convert it to a mesh."
+        return Sentence(": it is of type {kind}", kind=obj.type), "Convert it to a mesh."
     if reason := lightmap_uvs.why_not(obj.data):
-        return f": {reason[0]}", reason[1]
+        return Sentence(": {reason}", reason=Sentence(reason[0])), reason[1]
     if obj.modifiers:
-        return ": its modifiers make faces without one", "Apply them."
+        return Sentence(": its modifiers make faces without one"), "Apply them."
     return "", "Unwrap it."
 
 
 def _check_vertices(core: Scene, scene: bpy.types.Scene, objects: Sequence[str]) -> Iterator[Finding]:
     """Whether results can be written to the vertices of the meshes as the user made them."""
-    remedy = "Leave the object out, or bake to a lightmap."
     for name, mesh in _receivers(core, objects):
-        there = scene.objects[name]
+        there, remedy = scene.objects[name], "Leave the object out, or bake to a lightmap."
         try:
             check_targets([there])
         except AttributeTargetError as error:
-            yield _error("VERTICES_NOT_WRITABLE", name, f"{error}.", remedy)
+            yield _error("VERTICES_NOT_WRITABLE", name, Sentence("{reason}.", reason=error.args[0]), remedy)
             continue
         if len(there.data.vertices) != len(mesh.vertices):
-            message = f"Modifiers change the number of vertices of '{name}', so light cannot go to them."
-            yield _error("VERTICES_MODIFIED", name, message, f"Apply the modifiers. {remedy}")
+            message = Sentence(
+                "Modifiers change the number of vertices of '{name}', so light cannot go to them.", name=name
+            )
+            remedy = "Apply the modifiers, leave the object out, or bake to a lightmap."
+            yield _error("VERTICES_MODIFIED", name, message, remedy)

@@ -7,7 +7,7 @@ what these reflect onto it stays as it was until all is baked again.
 """
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
 
 import bpy
@@ -51,11 +51,16 @@ class Due:
     kept: dict[str, np.ndarray] = field(default_factory=dict)
 
 
-def due(scene: bpy.types.Scene, core: Scene, pages: list[Page], method: str, settings: Settings) -> Due:
-    """What of the pages is to be baked, by the setting `rebake`."""
+def due(
+    scene: bpy.types.Scene, core: Scene, pages: list[Page], method: str, settings: Settings
+) -> Iterator[tuple[str, float]]:
+    """What of the pages is to be baked, by the setting `rebake`. A generator of (stage, fraction of it), "layout" and
+    "signatures", of which the latter touches nothing of Blender; returns Due."""
     changed = settings.rebake == "changed"
     whole = [_as_before(scene, page) or page for page in pages] if changed else pages
+    yield "signatures", 0.0
     hashes = signatures(core, whole, method, settings)
+    yield "layout", 1.0
     if not changed:
         return Due(tuple(whole), tuple(whole), hashes)
     still, earlier = kept(scene, whole, hashes)

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GI Bake authors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A bake on its way beside a living user interface.
+"""A bake or a comparison on its way beside a living user interface.
 
 Its steps are taken one after the other, those that touch Blender on the main thread and the others on a thread of
 their own: a step may last longer than a picture of the interface should, and cannot be cut where numpy or Embree works.
@@ -8,21 +8,24 @@ their own: a step may last longer than a picture of the interface should, and ca
 
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 
 
 class Run:
     """work: a generator of (fraction, stage). on_main: whether the step after a stage belongs on the main thread.
+    holding: stages after which the work still knows parts of the file that an undo would take away.
 
     fraction, stage: how far it is. When it has `ended`, there is a `value`, or an `error`, or it was `cancelled`.
     """
 
-    def __init__(self, work: Iterator[tuple[float, str]], on_main: Callable[[str], bool]):
+    def __init__(
+        self, work: Iterator[tuple[float, str]], on_main: Callable[[str], bool], holding: Collection[str] = ()
+    ):
         self.fraction, self.stage = 0.0, ""
         self.value, self.error = None, None
         self.ended = self.cancelled = False
         self.begin = time.perf_counter()
-        self._work, self._on_main = work, on_main
+        self._work, self._on_main, self._holding = work, on_main, holding
         self._thread: threading.Thread | None = None
         self._stop = threading.Event()
 
@@ -30,6 +33,11 @@ class Run:
     def seconds(self) -> float:
         """Since the beginning."""
         return time.perf_counter() - self.begin
+
+    @property
+    def holds_file(self) -> bool:
+        """Whether it still knows parts of the file."""
+        return not self.stage or self.stage in self._holding
 
     @property
     def seconds_left(self) -> float | None:

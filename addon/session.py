@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GI Bake authors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What is true while Blender runs and of no file: the bake on its way, what was found, the last results.
+"""What is true while Blender runs and of no file: the work on its way, what was found, the last results.
 
 Nothing of it is kept in a .blend, where a crash would leave a bake that runs forever.
 """
@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 import bpy
 
 from . import preview
-from .bake import Result
 from .preflight import Finding
+from .result import Result
 from .run import Run
 
 # Results that can be compared without a bake anew; large ones take memory.
@@ -21,7 +21,7 @@ _KEPT = 4
 
 @dataclass
 class Session:
-    """run: the bake on its way, None without. of: name of the scene that it bakes.
+    """run: the bake or comparison on its way, None without. of: name of the scene that it is about.
 
     results: key of a line in a scene's list -> what was baked.
     """
@@ -72,6 +72,13 @@ def _before_save(*_):
 
 
 @bpy.app.handlers.persistent
+def _before_undo(*_):
+    # What it knows of the file may be gone afterwards.
+    if session.run and session.run.holds_file:
+        session.run.cancel()
+
+
+@bpy.app.handlers.persistent
 def _after_undo(*_):
     # A step that was made during a bake holds the bake's preview.
     if not session.run:
@@ -79,7 +86,8 @@ def _after_undo(*_):
 
 
 _HANDLERS = (
-    ("load_pre", _before_load), ("save_pre", _before_save), ("undo_post", _after_undo), ("redo_post", _after_undo),
+    ("load_pre", _before_load), ("save_pre", _before_save), ("undo_pre", _before_undo),
+    ("redo_pre", _before_undo), ("undo_post", _after_undo), ("redo_post", _after_undo),
 )  # fmt: skip
 
 

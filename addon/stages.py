@@ -22,6 +22,25 @@ class Stages:
         finally:
             self.seconds[name] = self.seconds.get(name, 0.0) + time.perf_counter() - begin
 
+    def announced(self, work: Iterator[tuple[str, float]], done: float = 0.0) -> Iterator[tuple[float, str]]:
+        """Work that yields (stage, fraction of the stage) before it goes on with that stage, as (done, stage); returns
+        its value."""
+        stage = ""
+        while True:
+            begin = time.perf_counter()
+            try:
+                following, _ = next(work)
+            except StopIteration as stop:
+                self._add(stage, begin)
+                return stop.value
+            self._add(stage, begin)
+            stage = following
+            yield done, stage
+
+    def _add(self, stage: str, begin: float) -> None:
+        if stage:
+            self.seconds[stage] = self.seconds.get(stage, 0.0) + time.perf_counter() - begin
+
     def follow(
         self, work: Iterator[tuple[str, float]], begin: float, share: float, stages: dict[str, float]
     ) -> Iterator[tuple[float, str]]:

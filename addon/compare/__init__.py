@@ -4,7 +4,7 @@
 
 import os
 import platform
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
@@ -12,15 +12,23 @@ import bpy
 import numpy as np
 
 from ...gi_core import exr
-from ..bake import Result
+from ...gi_core.tiles import finish, within
 from ..read.box import box_corners
+from ..result import Result
 from ..write.images import file_stem
 from . import curves as over_time
 from .edges import smooth
-from .halves import Truth, truth
+from .halves import Truth, truth_in_steps
 from .machine import processor, version
 from .report import write_report
 from .subject import Subject, summed
+
+# Stages whose steps touch Blender, which allows that on its main thread only; the others may run on any, and know
+# nothing of the file.
+ON_MAIN_THREAD = HOLDING = frozenset({"cycles"})
+
+# What has been done of the whole when Cycles is done, and when all is measured.
+_CYCLES, _REPORT = 0.9, 0.95
 
 
 @dataclass(frozen=True)
@@ -53,6 +61,21 @@ def compare(
         images. curves: also error over time, of each technique at several budgets and of Cycles; for camera images.
     Raises RuntimeError where Cycles refuses, ValueError for results that cannot be compared with one another.
     """
+    return finish(compare_in_steps(results, scene, view_layer, samples, folder, dark, curves))
+
+
+def compare_in_steps(
+    results: Result | dict[str, Result],
+    scene: bpy.types.Scene,
+    view_layer: bpy.types.ViewLayer,
+    samples: int,
+    folder: Path,
+    dark: str = "",
+    curves: bool = False,
+) -> Iterator[tuple[float, str]]:
+    """`compare` in steps: a generator of (fraction, stage). A step after a stage of ON_MAIN_THREAD belongs there, like
+    the first one. Between steps the file is as it was. Raises RuntimeError where the scene is changed meanwhile, too.
+    """
     results = {results.job.method: results} if isinstance(results, Result) else results
     result = next(iter(results.values()))
     job = result.job
@@ -64,15 +87,24 @@ def compare(
     names = [name for name in result.light if view_layer.objects[name].type == "MESH"]
     if job.target != "image" and not names:
         raise RuntimeError(f"Cycles bakes meshes only: convert {', '.join(result.light)} to one")
+    box = dark_box(dark, scene) if dark else None
     left_out = [f"{name} is no mesh: not compared" for name in result.light if name not in names]
-    found = truth(scene, view_layer, job, _size(result), uv_maps(result, names), samples, folder)
+    found = yield from _staged(
+        "cycles", 0, _CYCLES,
+        truth_in_steps(scene, view_layer, job, _size(result), uv_maps(result, names), samples, folder),
+    )  # fmt: skip
+    title = f"GI Bake and Cycles: {Path(bpy.data.filepath).stem or scene.name}"
+    told = f"{Path(bpy.data.filepath).name}, {scene.name}, frame {scene.frame_current}"
+    layer = view_layer.name
+    yield _CYCLES, "measure"
     if job.target == "image":
-        subjects = _camera(results, found, dark_box(dark, scene) if dark else None)
+        subjects = _camera(results, found, box)
     else:
         subjects = _objects(results, found, names)
 
     rows, ratios = None, None
     if curves:
+        yield _CYCLES, "cycles"
         indirect = next(s for s in subjects if s.kind == "indirect")
         rows = over_time.curves(scene, view_layer, results, indirect.reference, indirect.mask)
         ratios = over_time.against_cycles(rows, indirect.floor["relmse"])
@@ -89,14 +121,24 @@ def compare(
         "seconds": found.seconds,
     }  # fmt: skip
     about = {
-        "scene": f"{Path(bpy.data.filepath).name}, {scene.name}, frame {scene.frame_current}", "target": job.target,
+        "scene": told, "target": job.target,
         "light": "diffuse, without colour: E/π", "version": f"GI Bake {version()}", "seed": job.settings.seed,
         "machine": f"{processor()}, {os.cpu_count()} cores, {platform.system()}",
     }  # fmt: skip
-    title = f"GI Bake and Cycles: {Path(bpy.data.filepath).stem or scene.name}"
+    yield _REPORT, "report"
     paths = write_report(folder, title, subjects, techniques, reference, about, rows, ratios)
     measured = {label: {s.name: s.measures[label] for s in subjects} for label in results}
-    return Report((*paths, *_images(found, folder, view_layer.name)), measured, found.seconds, tuple(subjects))
+    return Report((*paths, *_images(found, folder, layer)), measured, found.seconds, tuple(subjects))
+
+
+def _staged(stage: str, begin: float, end: float, work: Iterator[float]) -> Iterator[tuple[float, str]]:
+    """A part's progress as the whole's, with its stage; returns the part's value."""
+    part = within(begin, end, work)
+    while True:
+        try:
+            yield next(part), stage
+        except StopIteration as stop:
+            return stop.value
 
 
 def dark_box(text: str, scene: bpy.types.Scene) -> np.ndarray:

@@ -15,8 +15,10 @@ import numpy as np
 
 from ...gi_core import metrics
 from ...gi_core.tiles import finish
-from ..bake import Job, Result, bake
+from ..bake import bake
 from ..denoise import oidn
+from ..job import Job
+from ..result import Result
 from .reference import camera_reference
 
 CYCLES, DENOISED = "Cycles", "Cycles, OIDN"

@@ -10,6 +10,7 @@ import hashlib
 import json
 import time
 import zipfile
+from collections.abc import Iterator
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -17,9 +18,10 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ..bake import Job
+from ...gi_core.tiles import finish, within
+from ..job import Job
 from .fingerprint import fingerprint
-from .reference import camera_reference, lightmap_reference, vertex_reference
+from .reference import camera_passes, lightmap_passes, vertex_passes
 
 # Two sequences, neither the bakes' default, so that nothing agrees by chance.
 SEEDS = (7919, 7920)
@@ -59,6 +61,22 @@ def truth(
         the same scene and terms, and is written where it is not.
     Raises RuntimeError and ValueError where Cycles refuses.
     """
+    return finish(truth_in_steps(scene, view_layer, job, resolution, maps, samples, folder))
+
+
+def truth_in_steps(
+    scene: bpy.types.Scene,
+    view_layer: bpy.types.ViewLayer,
+    job: Job,
+    resolution: tuple[int, int],
+    maps: dict[str, str],
+    samples: int,
+    folder: Path,
+) -> Iterator[float]:
+    """`truth` in steps: a generator of progress. Between steps the file is as it was, and may be looked at.
+
+    Raises RuntimeError where it was changed between them, too.
+    """
     half = max(1, (samples + 1) // 2)
     terms = {
         "renderer": f"Cycles, Blender {bpy.app.version_string}", "device": "CPU", "samples": 2 * half,
@@ -68,12 +86,17 @@ def truth(
     }  # fmt: skip
     asked = {**terms, "target": job.target, "maps": maps, "layer": view_layer.name,
              "light": [kind for kind in ("direct", "indirect") if job.wants(kind)]}  # fmt: skip
-    key = hashlib.sha256(f"{fingerprint(scene, view_layer)} {json.dumps(asked)}".encode()).hexdigest()
+    seen = fingerprint(scene, view_layer)
+    key = hashlib.sha256(f"{seen} {json.dumps(asked)}".encode()).hexdigest()
     path = Path(folder) / "reference.npz"
     if found := _read(path, key):
         return Truth(*found, True, terms)
     begin = time.perf_counter()
-    one, other = (_rendered(scene, view_layer, job, resolution, maps, half, seed) for seed in SEEDS)
+    work = [_rendered(scene, view_layer, job, resolution, maps, half, seed) for seed in SEEDS]
+    one = yield from within(0, 0.5, work[0])
+    other = yield from within(0.5, 1, work[1])
+    if fingerprint(scene, view_layer) != seen:
+        raise RuntimeError("The scene was changed while Cycles rendered it: compare again")
     light = {name: (one[name] + other[name]) / 2 for name in one}
     noise = {name: (one[name] - other[name]) / 2 for name in one}
     # Where surfaces lie is no matter of noise, and the mean of two places is none.
@@ -83,17 +106,19 @@ def truth(
     return Truth(*found, False, terms)
 
 
-def _rendered(scene, view_layer, job, resolution, maps, samples, seed):
+def _rendered(scene, view_layer, job, resolution, maps, samples, seed) -> Iterator[float]:
+    """A generator of progress; returns the light."""
     terms = {"samples": samples, "bounces": job.settings.bounces, "seed": seed}
     if job.target == "image":
         antialias = job.settings.antialias > 1
-        return camera_reference(scene, view_layer, resolution=resolution, antialias=antialias, **terms)
-    found = {}
-    for kind in filter(job.wants, ("direct", "indirect")):
+        return (yield from camera_passes(scene, view_layer, resolution=resolution, antialias=antialias, **terms))
+    found, kinds = {}, [kind for kind in ("direct", "indirect") if job.wants(kind)]
+    for k, kind in enumerate(kinds):
         if job.target == "lightmap":
-            baked = lightmap_reference(scene, view_layer, maps, resolution[0], passes=(kind.upper(),), **terms)
+            work = lightmap_passes(scene, view_layer, maps, resolution[0], passes=(kind.upper(),), **terms)
         else:
-            baked = vertex_reference(scene, view_layer, list(maps), passes=(kind.upper(),), **terms)
+            work = vertex_passes(scene, view_layer, list(maps), passes=(kind.upper(),), **terms)
+        baked = yield from within(k / len(kinds), (k + 1) / len(kinds), work)
         found |= {(name, kind): pixels for name, pixels in baked.items()}
     return found
 

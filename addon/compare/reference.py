@@ -3,12 +3,14 @@
 """What Cycles makes of a scene: the light that a bake is measured against, without colour: E/π."""
 
 import tempfile
+from collections.abc import Iterator
 from pathlib import Path
 
 import bpy
 import numpy as np
 
 from ...gi_core import exr
+from ...gi_core.tiles import finish, slices
 from .bake_targets import bake_image, materials_with, vertex_colors
 from .reference_scene import own_camera, reference_scene
 
@@ -16,6 +18,12 @@ PASSES = (
     "diffuse_direct", "diffuse_indirect", "diffuse_color", "glossy_direct", "glossy_indirect", "glossy_color", "emit",
     "environment", "normal", "position", "z",
 )  # fmt: skip
+
+# Samples of all points that Cycles takes in one go, about a second on two cores. Between goes one can cancel.
+_GO = 1 << 20
+
+# Of a pixel's first sample, not the mean of all.
+_OF_FIRST = {"Depth", "Position"}
 
 
 def camera_reference(
@@ -33,27 +41,87 @@ def camera_reference(
         centre. Depth of field and motion blur are left out.
     Raises ValueError where the scene has no camera.
     """
+    return finish(camera_passes(scene, view_layer, samples, bounces, seed, resolution, antialias))
+
+
+def camera_passes(
+    scene: bpy.types.Scene,
+    view_layer: bpy.types.ViewLayer,
+    samples: int,
+    bounces: int,
+    seed: int,
+    resolution: tuple[int, int] | None = None,
+    antialias: bool = True,
+) -> Iterator[float]:
+    """`camera_reference` in steps: a generator of progress. Between steps the file is as it was."""
     if scene.camera is None:
         raise ValueError(f"Scene '{scene.name}' has no camera: add one, or choose one in its properties")
-    with reference_scene(scene, view_layer, samples, bounces, seed) as (copy, layer), own_camera(copy):
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / "reference.exr"
-            for name in PASSES:
-                setattr(layer, f"use_pass_{name}", True)
-            # Cycles has no filter of the width 0; this one falls off within a hundredth of a pixel.
-            copy.cycles.pixel_filter_type = "BOX" if antialias else "GAUSSIAN"
-            copy.cycles.filter_width = 0.01
-            if resolution:
-                copy.render.resolution_x, copy.render.resolution_y = resolution
-                copy.render.resolution_percentage = 100
-            settings = copy.render.image_settings
-            if hasattr(settings, "media_type"):
-                settings.media_type = "MULTI_LAYER_IMAGE"
-            settings.file_format, settings.color_depth = "OPEN_EXR_MULTILAYER", "32"
-            settings.color_management = "FOLLOW_SCENE"
-            copy.render.filepath = str(path)
-            bpy.ops.render.render(write_still=True, scene=copy.name)
-            return exr.read_layers(path, layer.name)
+    render = scene.render
+    share = render.resolution_percentage / 100
+    width, height = resolution or (round(render.resolution_x * share), round(render.resolution_y * share))
+    total: dict[str, np.ndarray] = {}
+    goes = _goes(samples, width * height)
+    for go in goes:
+        yield go.start / samples
+        with reference_scene(scene, view_layer, samples, bounces, seed) as (copy, layer), own_camera(copy):
+            if len(goes) == 1:
+                return _rendered(copy, layer, resolution, antialias)
+            _take(copy, go)
+            _add(total, _rendered(copy, layer, resolution, antialias), (go.stop - go.start) / samples)
+    for name in total:
+        if (color := _color_of(name)) in total and name != color:
+            total[name] = np.divide(total[name], total[color], out=np.zeros_like(total[name]), where=total[color] > 0)
+    return total
+
+
+def _rendered(copy, layer, resolution, antialias) -> dict[str, np.ndarray]:
+    """All passes of a reference scene."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "reference.exr"
+        for name in PASSES:
+            setattr(layer, f"use_pass_{name}", True)
+        # Cycles has no filter of the width 0; this one falls off within a hundredth of a pixel.
+        copy.cycles.pixel_filter_type = "BOX" if antialias else "GAUSSIAN"
+        copy.cycles.filter_width = 0.01
+        if resolution:
+            copy.render.resolution_x, copy.render.resolution_y = resolution
+            copy.render.resolution_percentage = 100
+        settings = copy.render.image_settings
+        if hasattr(settings, "media_type"):
+            settings.media_type = "MULTI_LAYER_IMAGE"
+        settings.file_format, settings.color_depth = "OPEN_EXR_MULTILAYER", "32"
+        settings.color_management = "FOLLOW_SCENE"
+        copy.render.filepath = str(path)
+        bpy.ops.render.render(write_still=True, scene=copy.name)
+        return exr.read_layers(path, layer.name)
+
+
+def _goes(samples: int, points: int) -> list[slice]:
+    """The samples of so many points, cut."""
+    return slices(samples, _GO // max(1, points))
+
+
+def _take(copy: bpy.types.Scene, go: slice) -> None:
+    """Lets Cycles take some of a sequence's samples: all goes together are what one of all samples is."""
+    copy.cycles.use_sample_subset = True
+    copy.cycles.sample_offset, copy.cycles.sample_subset_length = go.start, go.stop - go.start
+
+
+def _add(total: dict[str, np.ndarray], passes: dict[str, np.ndarray], share: float) -> None:
+    """Adds the passes of a share of the samples; light by the colour that Cycles divided it by."""
+    for name, image in passes.items():
+        if name in _OF_FIRST:
+            total.setdefault(name, image)
+            continue
+        color = _color_of(name)
+        weight = passes[color] * share if color in passes and name != color else share
+        total[name] = total.get(name, 0) + (image * weight).astype(np.float32)
+
+
+def _color_of(name: str) -> str:
+    """The pass that a pass of light without colour was divided by; any other name where there is none."""
+    kind, _, part = name.rpartition(" ")
+    return f"{kind} Color" if part in {"Direct", "Indirect"} else ""
 
 
 def lightmap_reference(
@@ -73,18 +141,33 @@ def lightmap_reference(
     Raises ValueError for objects that are no mesh of the view layer or lack the UV map, RuntimeError where Cycles
     refuses.
     """
-    objects = _meshes(view_layer, uv_maps)
-    for obj in objects:
+    return finish(lightmap_passes(scene, view_layer, uv_maps, resolution, samples, bounces, seed, passes))
+
+
+def lightmap_passes(
+    scene: bpy.types.Scene,
+    view_layer: bpy.types.ViewLayer,
+    uv_maps: dict[str, str],
+    resolution: int,
+    samples: int,
+    bounces: int,
+    seed: int,
+    passes: tuple[str, ...] = ("INDIRECT",),
+) -> Iterator[float]:
+    """`lightmap_reference` in steps: a generator of progress. Between steps the file is as it was."""
+    for obj in _meshes(view_layer, uv_maps):
         if uv_maps[obj.name] not in obj.data.uv_layers:
             raise ValueError(f"Object '{obj.name}' has no UV map '{uv_maps[obj.name]}': unwrap it, or choose another")
-    baked = {}
-    with reference_scene(scene, view_layer, samples, bounces, seed) as (copy, layer):
-        for obj in objects:
-            with bake_image(resolution) as image, materials_with(obj, image):
-                _bake(copy, layer, obj, passes, target="IMAGE_TEXTURES", uv_layer=uv_maps[obj.name])
-                baked[obj.name] = np.empty((resolution, resolution, 4), np.float32)
-                image.pixels.foreach_get(baked[obj.name].ravel())
-    return baked
+
+    def baked(copy, layer, obj) -> np.ndarray:
+        with bake_image(resolution) as image, materials_with(obj, image):
+            _bake(copy, layer, obj, passes, target="IMAGE_TEXTURES", uv_layer=uv_maps[obj.name])
+            pixels = np.empty((resolution, resolution, 4), np.float32)
+            image.pixels.foreach_get(pixels.ravel())
+            return pixels
+
+    goes = _goes(samples, resolution**2)
+    return (yield from _each(scene, view_layer, uv_maps, goes, (samples, bounces, seed), baked))
 
 
 def vertex_reference(
@@ -100,15 +183,47 @@ def vertex_reference(
 
     Raises ValueError for objects that are no mesh of the view layer, RuntimeError where Cycles refuses.
     """
-    baked = {}
-    with reference_scene(scene, view_layer, samples, bounces, seed) as (copy, layer):
-        for obj in _meshes(view_layer, names):
-            with vertex_colors(obj.data) as name:
-                _bake(copy, layer, obj, passes, target="VERTEX_COLORS")
-                rgba = np.empty((len(obj.data.vertices), 4), np.float32)
-                obj.data.attributes[name].data.foreach_get("color", rgba.ravel())
-                baked[obj.name] = rgba[:, :3].copy()
-    return baked
+    return finish(vertex_passes(scene, view_layer, names, samples, bounces, seed, passes))
+
+
+def vertex_passes(
+    scene: bpy.types.Scene,
+    view_layer: bpy.types.ViewLayer,
+    names: list[str],
+    samples: int,
+    bounces: int,
+    seed: int,
+    passes: tuple[str, ...] = ("INDIRECT",),
+) -> Iterator[float]:
+    """`vertex_reference` in steps: a generator of progress. Between steps the file is as it was."""
+
+    def baked(copy, layer, obj) -> np.ndarray:
+        with vertex_colors(obj.data) as name:
+            _bake(copy, layer, obj, passes, target="VERTEX_COLORS")
+            rgba = np.empty((len(obj.data.vertices), 4), np.float32)
+            obj.data.attributes[name].data.foreach_get("color", rgba.ravel())
+            return rgba[:, :3].copy()
+
+    most = max((len(obj.data.vertices) for obj in _meshes(view_layer, names)), default=1)
+    return (yield from _each(scene, view_layer, names, _goes(samples, most), (samples, bounces, seed), baked))
+
+
+def _each(scene, view_layer, names, goes, terms, baked) -> Iterator[float]:
+    """`baked(copy, layer, object)` of each object, as the mean of all goes: name -> array. A generator of progress."""
+    found, samples = {}, terms[0]
+    for k, name in enumerate(names):
+        total = 0.0
+        for go in goes:
+            yield (k + go.start / samples) / len(names)
+            # Looked up anew: whoever waits may have changed the file.
+            [obj] = _meshes(view_layer, [name])
+            with reference_scene(scene, view_layer, *terms) as (copy, layer):
+                if len(goes) > 1:
+                    _take(copy, go)
+                pixels = baked(copy, layer, obj)
+            total = pixels if len(goes) == 1 else total + pixels * np.float32((go.stop - go.start) / samples)
+        found[name] = total
+    return found
 
 
 def _meshes(view_layer, names):

@@ -5,6 +5,8 @@
 import bpy
 import numpy as np
 
+from ..sentence import Sentence
+
 ATTRIBUTE = "gi_irradiance"
 CORNERS = "gi_irradiance_corner"
 COVERAGE = "gi_coverage"
@@ -23,22 +25,29 @@ def check_targets(objects: list[bpy.types.Object], name: str = ATTRIBUTE, domain
     for obj in objects:
         mesh = obj.data
         if obj.type != "MESH":
-            raise AttributeTargetError(f"Object '{obj.name}' has no mesh: convert it to one, or leave it out")
+            said = Sentence("Object '{name}' has no mesh: convert it to one, or leave it out", name=obj.name)
+            raise AttributeTargetError(said)
         if obj.mode == "EDIT":
-            raise AttributeTargetError(f"Object '{obj.name}' is in edit mode: leave edit mode first")
+            said = Sentence("Object '{name}' is in edit mode: leave edit mode first", name=obj.name)
+            raise AttributeTargetError(said)
         if mesh.library is not None:
-            raise AttributeTargetError(f"Object '{obj.name}': its mesh comes from another file: make it local first")
+            said = Sentence("Object '{name}': its mesh comes from another file: make it local first", name=obj.name)
+            raise AttributeTargetError(said)
         sharing = sorted(o.name for o in bpy.data.objects if o.data == mesh)
         if len(sharing) > 1:
-            raise AttributeTargetError(
-                f"Objects {', '.join(map(repr, sharing))} share the mesh '{mesh.name}', which can hold the light of "
-                "one only: make them single-user (Object > Relations > Make Single User), or bake to lightmaps"
-            )
+            said = Sentence(
+                "Objects {names} share the mesh '{mesh}', which can hold the light of one only: make them single-user "
+                "(Object > Relations > Make Single User), or bake to lightmaps",
+                names=", ".join(map(repr, sharing)), mesh=mesh.name,
+            )  # fmt: skip
+            raise AttributeTargetError(said)
         taken = mesh.attributes.get(name)
         if (taken and (taken.data_type, taken.domain) != ("FLOAT_COLOR", domain)) or name in obj.vertex_groups:
-            raise AttributeTargetError(
-                f"Object '{obj.name}': its mesh has another attribute or vertex group '{name}': rename or remove it"
-            )
+            said = Sentence(
+                "Object '{name}': its mesh has another attribute or vertex group '{other}': rename or remove it",
+                name=obj.name, other=name,
+            )  # fmt: skip
+            raise AttributeTargetError(said)
 
 
 def write_irradiance(irradiance: dict[str, np.ndarray], name: str = ATTRIBUTE) -> None:

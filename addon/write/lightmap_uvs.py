@@ -17,6 +17,7 @@ import numpy as np
 from ...gi_core.atlas import expected_sides
 from ...gi_core.scene import LIGHTMAP_UV as NAME
 from ...gi_core.texels import outside, overlap
+from ...gi_core.tiles import finish
 from .. import layout
 from ..object_options import object_options
 
@@ -85,6 +86,21 @@ def unwrapped(
 
     Nothing in the file changes.
     """
+    return finish(unwrapping(scene, view_layer, objects, resolution, padding, density, together))
+
+
+def unwrapping(
+    scene: bpy.types.Scene,
+    view_layer: bpy.types.ViewLayer,
+    objects: Sequence[str],
+    resolution: int,
+    padding: int,
+    density: float,
+    together: bool,
+) -> Iterator[tuple[str, float]]:
+    """`unwrapped` in steps: a generator of (stage, fraction of it), "unwrap" and "overlaps"; what follows the latter
+    touches nothing of Blender. Between steps the file is as it was.
+    """
     users = [
         obj
         for obj in view_layer.objects
@@ -92,27 +108,39 @@ def unwrapped(
         and (obj.name in objects if objects else object_options(obj).use and not obj.hide_render)
         and obj.data.polygons
     ]
-    lacking = [m for m in {obj.data: None for obj in users} if why_not(m) is None and not _usable(m)]
+    lacking = yield from _lacking([m for m in {obj.data: None for obj in users} if why_not(m) is None])
     if not lacking:
         return {}
     areas = np.array([_area(obj) for obj in users])
     factors = np.array([object_options(obj).lightmap_factor for obj in users])
     filled, uvs, margins = dict.fromkeys(lacking, _FILLED), {}, {}
-    with _workplace() as place, contextlib.ExitStack() as gone:
-        copies = {mesh: gone.enter_context(_copy(next(o for o in users if o.data == mesh), place)) for mesh in lacking}
-        for _ in range(_ROUNDS):
-            if together or density:
-                fills = np.array([filled.get(obj.data) or _filled(obj.data) for obj in users])
-                sides = expected_sides(areas, fills, factors, resolution, density)
-            else:
-                sides = resolution * factors
-            for mesh, copy in copies.items():
-                # Where several share a mesh the least of their lightmaps needs the widest gaps.
-                side = min(side for obj, side in zip(users, sides) if obj.data == mesh)
-                if padding / side > margins.get(mesh, 0):
-                    margins[mesh] = _SPARE * padding / side
+    for round_ in range(_ROUNDS):
+        if together or density:
+            fills = np.array([filled.get(obj.data) or _filled(obj.data) for obj in users])
+            sides = expected_sides(areas, fills, factors, resolution, density)
+        else:
+            sides = resolution * factors
+        for k, mesh in enumerate(lacking):
+            # Where several share a mesh the least of their lightmaps needs the widest gaps.
+            side = min(side for obj, side in zip(users, sides) if obj.data == mesh)
+            if padding / side > margins.get(mesh, 0):
+                yield "unwrap", (round_ + k / len(lacking)) / _ROUNDS
+                margins[mesh] = _SPARE * padding / side
+                with _workplace() as place, _copy(next(o for o in users if o.data == mesh), place) as copy:
                     uvs[mesh], filled[mesh] = _unwrap(copy, margins[mesh], place)
     return uvs
+
+
+def _lacking(meshes: list[bpy.types.Mesh]) -> Iterator[tuple[str, float]]:
+    """The meshes on whose map lightmaps cannot lie. A generator of progress."""
+    chosen = [_chosen(mesh) for mesh in meshes]
+    maps = [_triangles(mesh, read(mesh, name)) if name else None for mesh, name in zip(meshes, chosen)]
+    fit = []
+    for k, uvs in enumerate(maps):
+        yield "overlaps", k / len(maps)
+        fit.append(uvs is not None and _usable(uvs))
+    yield "unwrap", 0.0
+    return [mesh for mesh, fits in zip(meshes, fit) if not fits]
 
 
 def why_not(mesh: bpy.types.Mesh) -> tuple[str, str] | None:
@@ -152,12 +180,8 @@ def read(mesh: bpy.types.Mesh, name: str) -> np.ndarray:
     return uvs
 
 
-def _usable(mesh: bpy.types.Mesh) -> bool:
-    """Whether lightmaps can lie on the map that they would be put on."""
-    chosen = _chosen(mesh)
-    if not chosen:
-        return False
-    uvs = _triangles(mesh, read(mesh, chosen))
+def _usable(uvs: np.ndarray) -> bool:
+    """Whether lightmaps can lie on a map, of UV triangles (t, 3, 2)."""
     return bool(_area_of(uvs) > 0 and outside(uvs) <= TOLERANCE and overlap(uvs) <= TOLERANCE)
 
 

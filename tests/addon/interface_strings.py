@@ -11,6 +11,8 @@ import bpy
 ADDON = Path(__file__).resolve().parents[2] / "addon"
 # Calls whose text a person reads.
 _SAYING = {"iface_", "rpt_", "poll_message_set", "pgettext_iface"}
+# What findings are made of, by calls whose later arguments are sentences and by names of variables.
+_FINDING, _SENTENCES = {"_error", "_warning", "finding", "Finding"}, {"message", "remedy", "why"}
 _SAID_AS = {"text", "heading"}
 
 
@@ -59,10 +61,15 @@ def _of_property(prop: bpy.types.Property) -> set[str]:
 def of_source() -> set[str]:
     """Literal texts handed to the interface and to Blender's translation."""
     said = set()
-    for file in ADDON.glob("*.py"):
+    for file in ADDON.rglob("*.py"):
         for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.Dict) and file.name == "ui.py":
+            if isinstance(node, ast.Dict) and file.parent.name == "ui":
                 said |= _labels(node)
+            if isinstance(node, ast.Assign) and getattr(node.targets[0], "id", "") in _SENTENCES:
+                said |= _texts([node.value])
+            if isinstance(node, ast.Return) and isinstance(node.value, ast.Tuple):
+                # Why something cannot be, and the remedy.
+                said |= {text for text in _texts(node.value.elts) if " " in text}
             if not isinstance(node, ast.Call):
                 continue
             name = getattr(node.func, "id", getattr(node.func, "attr", ""))
@@ -71,9 +78,23 @@ def of_source() -> set[str]:
                 literal += node.args
             if name == "report":
                 literal += node.args[1:]
-            said |= {e.value for e in literal if isinstance(e, ast.Constant) and isinstance(e.value, str)}
-    tables = sys.modules[next(m for m in sys.modules if m.endswith(".gi_bake.addon.ui"))]
-    return (said | set(tables.STAGES.values()) | {text for _, text in tables.REMEDIES.values()}) - {""}
+            if name == "Sentence":
+                literal += node.args
+            if name in _FINDING:
+                literal += node.args[2:]
+            said |= _texts(literal)
+    main, remedies = (_module(f"addon.{name}") for name in ("ui.main", "operators.remedies"))
+    return (said | set(main.STAGES.values()) | {text for _, text in remedies.REMEDIES.values()}) - {""}
+
+
+def _texts(nodes) -> set[str]:
+    """Literal texts, those of either outcome of a condition too."""
+    nodes = [e for node in nodes for e in ([node.body, node.orelse] if isinstance(node, ast.IfExp) else [node])]
+    return {e.value for e in nodes if isinstance(e, ast.Constant) and isinstance(e.value, str)}
+
+
+def _module(name: str):
+    return sys.modules[next(m for m in sys.modules if m.endswith(f".gi_bake.{name}"))]
 
 
 def _labels(node: ast.Dict) -> set[str]:

@@ -108,8 +108,8 @@ def test_the_reference_is_kept_until_something_changes(sample, tmp_path, monkeyp
     scene, layer = opened(sample, "cornell")
     result = baked(scene, layer, samples=2)
     renders = []
-    real = halves.camera_reference
-    monkeypatch.setattr(halves, "camera_reference", lambda *a, **k: renders.append(k) or real(*a, **k))
+    real = halves.camera_passes
+    monkeypatch.setattr(halves, "camera_passes", lambda *a, **k: renders.append(k) or real(*a, **k))
 
     def told(result, samples=8):
         compare(result, scene, layer, samples, tmp_path)

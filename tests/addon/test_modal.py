@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GI Bake authors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""A bake beside a living window, its modal operator driven by hand: to the end, to a cancel, to an error, to a quit."""
+"""Bakes and comparisons beside a living window, driven by hand: to the end, to a cancel, to an error."""
 
 import inspect
 import threading
@@ -32,19 +32,35 @@ class _Windows:
         self.handlers.append(operator)
 
 
-@pytest.fixture
-def operator(gi):
-    """The bake's operator as a plain object, its context and how it is followed to its end."""
-    cls = gi("addon.operators").GI_OT_bake
-    body = {name: method for name, method in vars(cls).items() if inspect.isfunction(method)}
-    made = type("Bake", (), body)()
-    made.method, made.target, made.objects, made.uv, made.folder, made.resolution = "RSM", "IMAGE", "", "", "", 0
-    made.properties = SimpleNamespace(is_property_set=lambda name: False)
-    made.said = []
+def driven(gi, module, name):
+    """An operator as a plain object, with its context and what it reports."""
+    classes = gi("addon.operators.modal").Modal, getattr(gi(f"addon.operators.{module}"), name)
+    body = {name: method for cls in classes for name, method in vars(cls).items() if inspect.isfunction(method)}
+    made = type(name, (), body)()
+    made.holding, made.said = classes[1].holding, []
     made.report = lambda kind, text: made.said.append((kind, text))
     made.context = SimpleNamespace(
         scene=bpy.context.scene, view_layer=bpy.context.view_layer, window=object(), window_manager=_Windows()
     )
+    return made
+
+
+@pytest.fixture
+def operator(gi):
+    """The bake's operator."""
+    made = driven(gi, "bake", "GI_OT_bake")
+    made.method, made.target, made.objects, made.uv, made.folder, made.resolution = "RSM", "IMAGE", "", "", "", 0
+    made.properties = SimpleNamespace(is_property_set=lambda name: False)
+    return made
+
+
+@pytest.fixture
+def comparison(gi, tmp_path, monkeypatch):
+    """The comparison's operator, after a bake; Cycles takes one sample of each pixel in a go."""
+    monkeypatch.setattr(gi("addon.compare.reference"), "_GO", 24 * 24)
+    bpy.ops.gi.bake(target="IMAGE")
+    made = driven(gi, "compare", "GI_OT_compare")
+    made.samples, made.folder = 32, str(tmp_path)
     return made
 
 
@@ -95,13 +111,15 @@ def test_what_touches_blender_stays_on_the_main_thread(gi, operator, monkeypatch
         return seen
 
     preflight, light = gi("addon.preflight"), gi("addon.bake")
-    for module, name in ((preflight, "inspected"), (light, "read_cameras"), (light, "Tracer")):
+    called = (preflight, "read_scene"), (preflight, "_check_geometry"), (light, "read_cameras"), (light, "Tracer")
+    for module, name in called:
         monkeypatch.setattr(module, name, noted(name, getattr(module, name)))
     monkeypatch.setattr(gi("addon.denoise"), "oidn", noted("oidn", lambda image, *guides: image))
     bpy.context.scene.gi_bake.denoise = "OIDN"
     operator._start(operator.context)
     assert follow(operator) == {"FINISHED"}
-    assert where == {"inspected": True, "read_cameras": True, "Tracer": False, "oidn": True}
+    on_main = {"read_scene", "read_cameras", "oidn"}
+    assert where == {name: name in on_main for name in (*on_main, "_check_geometry", "Tracer")}
 
 
 @pytest.mark.parametrize("by", ["esc", "button"])
@@ -135,6 +153,69 @@ def test_to_an_error(gi, operator, monkeypatch):
     assert session.run is None and left_over(operator) == [] and names() == before
 
 
+def test_a_check_beside_a_living_window(gi):
+    session, scene = gi("addon.session").session, bpy.context.scene
+    scene.camera = None
+    checking = driven(gi, "check", "GI_OT_check")
+    assert checking._start(checking.context) == {"RUNNING_MODAL"}
+    assert follow(checking) == {"CANCELLED"} and left_over(checking) == []
+    assert [f.code for f in session.findings(scene)] == ["NO_CAMERA"]
+    assert [kind for kind, _ in checking.said] == [{"ERROR"}]
+
+
+def test_a_comparison_to_the_end(gi, comparison, monkeypatch):
+    halves, session = gi("addon.compare.halves"), gi("addon.session").session
+    where = {}
+
+    def noted(module, name):
+        call = getattr(module, name)
+
+        def seen(*arguments, **more):
+            where[name] = threading.current_thread() is threading.main_thread()
+            return call(*arguments, **more)
+
+        monkeypatch.setattr(module, name, seen)
+
+    noted(halves, "fingerprint"), noted(gi("addon.compare"), "write_report"), noted(gi("addon.baked"), "_layers")
+    assert comparison._start(comparison.context) == {"RUNNING_MODAL"}
+    shares = []
+    assert follow(comparison, lambda: shares.append(session.run.fraction if session.run else 1.0)) == {"FINISHED"}
+    assert len(set(shares)) > 4 and shares == sorted(shares), "each go of Cycles is a step"
+    assert where == {"fingerprint": True, "write_report": False, "_layers": False}
+    [line] = bpy.context.scene.gi_bake.results
+    assert line.compared and len(line.comparisons) == 3 and session.run is None and left_over(comparison) == []
+
+
+def test_a_comparison_to_a_cancel_in_the_middle(gi, comparison):
+    session, before = gi("addon.session").session, names()
+    comparison._start(comparison.context)
+    follow(comparison, lambda: session.run.fraction > 0.3)
+    assert names() == before, "between its steps the file is as it was"
+    assert comparison.modal(comparison.context, ESC) == {"RUNNING_MODAL"}
+    assert follow(comparison) == {"CANCELLED"}
+    assert names() == before and left_over(comparison) == [] and not bpy.context.scene.gi_bake.results[0].compared
+
+
+def test_a_scene_that_changes_while_cycles_renders_is_not_compared(gi, comparison, tmp_path):
+    comparison._start(comparison.context)
+    follow(comparison, lambda: gi("addon.session").session.run.fraction > 0.3)
+    bpy.data.objects["Floor"].location.z += 1
+    assert follow(comparison) == {"CANCELLED"}
+    assert any(kind == {"ERROR"} and "changed" in text for kind, text in comparison.said)
+    assert not (tmp_path / "reference.npz").exists()
+
+
+def test_undo_ends_what_holds_on_to_the_file(gi, comparison):
+    session = gi("addon.session").session
+    bpy.ops.ed.undo_push(message="Before")
+    bpy.ops.ed.undo_push(message="After")
+    comparison._start(comparison.context)
+    follow(comparison, lambda: session.run.fraction > 0.3)
+    bpy.ops.ed.undo()
+    comparison.context.scene = bpy.context.scene
+    assert follow(comparison) == {"CANCELLED"} and left_over(comparison) == []
+
+
 def test_another_file_ends_the_bake(gi, operator, sample):
     session = gi("addon.session").session
     bpy.context.scene.gi_bake.samples = 4096
@@ -156,6 +237,16 @@ def test_a_scene_that_is_gone_at_the_end_is_said(gi, operator):
     bpy.data.scenes.remove(doomed)
     assert follow(operator) == {"CANCELLED"}
     assert any(kind == {"ERROR"} for kind, _ in operator.said) and left_over(operator) == []
+
+
+def test_a_view_layer_that_is_removed_ends_what_holds_on_to_it(gi, comparison):
+    session, scene = gi("addon.session").session, bpy.context.scene
+    comparison._start(comparison.context)
+    follow(comparison, lambda: session.run.fraction > 0.3)
+    scene.view_layers.new("Kept")
+    scene.view_layers.remove(scene.view_layers[0])
+    assert follow(comparison) == {"CANCELLED"} and left_over(comparison) == []
+    assert [f.code for f in session.findings(scene)] == ["SCENE_GONE"]
 
 
 def test_the_picture_so_far_is_shown_and_taken_away_and_never_saved(gi, tmp_path):

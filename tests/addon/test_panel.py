@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Properties, operators and presets: what the panel does, without its window."""
 
+import copy
 import json
 from dataclasses import fields
 from types import SimpleNamespace
@@ -68,6 +69,47 @@ def test_chinese_is_complete(gi):
         assert other and other.count("{") == text.count("{"), text
 
 
+def test_findings_are_said_in_chinese_with_their_names(gi):
+    scene, said = bpy.context.scene, gi("addon.sentence").translated
+    chinese = {text: other for (_, text), other in gi("addon.translations.zh_hans").ZH_HANS.items()}
+    scene.gi_bake.target, scene.gi_bake.unwrap = "LIGHTMAP", "NEVER"
+    floor, ceiling = (bpy.data.objects[name].data for name in ("Floor", "Ceiling"))
+    while floor.uv_layers:
+        floor.uv_layers.remove(floor.uv_layers[0])
+    for layer in ceiling.uv_layers:
+        layer.uv.foreach_set("vector", np.full(2 * len(layer.uv), 0.5, np.float32))
+    bpy.data.objects["Back wall"].hide_render = True
+    with pytest.raises(RuntimeError, match="NO_UV_MAP"):
+        bpy.ops.gi.check()
+    found = gi("addon.session").session.findings(scene)
+    assert {f.code for f in found} == {"NO_UV_MAP", "EMPTY_UV_MAP"}
+    for finding in found:
+        assert finding.object in finding.message and "has" in finding.message
+        message = said(finding.message, chinese.__getitem__)
+        assert finding.object in message and "has" not in message and message[-1] == "。"
+        assert said(finding.remedy, chinese.__getitem__) in {"展开 UV。", "展开 UV。或将其排除。"}
+
+
+def test_a_name_with_braces_stays_a_name(gi):
+    sentence = gi("addon.sentence")
+    inner = sentence.Sentence("no {thing}", thing="{map}")
+    made = sentence.Sentence("'{name}' has {why}.", name="{0}", why=inner)
+    assert made == "'{0}' has no {map}." and sentence.translated(made, str) == made
+    assert copy.deepcopy(made) == made and json.loads(json.dumps([made])) == [made]
+    assert sentence.translated(made, {"no {thing}": "kein {thing}", "'{name}' has {why}.": "{why}: {name}"}.get) == (
+        "kein {map}: {0}"
+    )
+
+
+def test_a_check_makes_the_uvs_that_a_bake_would_make(gi):
+    scene, floor = bpy.context.scene, bpy.data.objects["Floor"].data
+    while floor.uv_layers:
+        floor.uv_layers.remove(floor.uv_layers[0])
+    scene.gi_bake.target, before = "LIGHTMAP", names()
+    assert bpy.ops.gi.check() == {"FINISHED"}
+    assert names() == before and not floor.uv_layers
+
+
 def test_a_bake_puts_its_result_into_the_list_and_remove_takes_all_of_it_away(gi):
     before, group = names(), bpy.context.scene.gi_bake
     group.lpv.cells, group.lpv.cascades = 16, 1
@@ -129,6 +171,30 @@ def test_objects_left_out_or_not_selected_get_no_lightmap(gi):
     bpy.data.objects["Ceiling"].select_set(False)
     with pytest.raises(RuntimeError, match="NOTHING_SELECTED"):
         bpy.ops.gi.bake(target="LIGHTMAP")
+
+
+def test_what_is_baked_is_told_beforehand(gi):
+    group, extent = bpy.context.scene.gi_bake, gi("addon.asked").extent
+
+    def told():
+        found = extent(bpy.context.scene, bpy.context.view_layer)
+        bpy.ops.gi.bake()
+        sizes = sorted(image.size[0] for image in bpy.data.images if image.name.endswith("Lightmap"))
+        return found, sizes
+
+    group.target, group.resolution = "LIGHTMAP", 16
+    bpy.data.objects["Floor"].gi_bake.lightmap_factor = 2
+    found, sizes = told()
+    assert (found.objects, found.images, found.size) == (7, 7, "16² … 32²") and sizes == [16] * 6 + [32]
+    assert found.points == sum(side**2 for side in sizes)
+    group.atlas, group.resolution = "ALL", 64
+    found = extent(bpy.context.scene, bpy.context.view_layer)
+    assert (found.objects, found.images, found.points) == (7, 1, 64 * 64)
+    group.atlas, group.density = "OBJECT", 8
+    found = extent(bpy.context.scene, bpy.context.view_layer)
+    bpy.ops.gi.bake()
+    baked = sum(np.prod(part.image.size) for part in group.results[-1].images)
+    assert found.images == 7 and 0.4 < found.points / baked < 2.5
 
 
 def test_a_refused_bake_shows_its_findings_and_a_remedy_takes_them_away(gi):

@@ -11,10 +11,11 @@ from bpy.props import StringProperty
 from bpy.types import Operator
 from mathutils import Vector
 
-from . import asked
-from .operators import check, names_of
-from .session import session
-from .write import lightmap_uvs
+from .. import asked
+from ..write import lightmap_uvs
+from .check import check
+from .names import names_of
+from .poll import busy
 
 # Code -> operator and what its button says. A finding of another code that names an object gets one that selects it.
 REMEDIES = {
@@ -42,9 +43,7 @@ class _Remedy:
 
     @classmethod
     def poll(cls, context):
-        if session.run:
-            cls.poll_message_set("A bake is on its way: wait, or cancel it")
-        return session.run is None
+        return not busy(cls)
 
     def _chosen(self, context) -> list[bpy.types.Object]:
         """The objects meant, those that are no longer there left out."""
@@ -191,4 +190,3 @@ class GI_OT_select(_Remedy, Operator):
 classes = (
     GI_OT_make_uvs, GI_OT_show_in_render, GI_OT_add_camera, GI_OT_make_single_user, GI_OT_use_bilateral, GI_OT_select,
 )  # fmt: skip
-register, unregister = bpy.utils.register_classes_factory(classes)
