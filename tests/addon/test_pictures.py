@@ -5,7 +5,7 @@
 A test of statistics over blocks of pixels: each block's mean may differ from Cycles' by what noise explains, on both
 sides, by one pixel that an edge passes on its other side, and by what the technique is known to be off. Noise is known
 from two renders each. Direct light is the same for all techniques and is looked at once. What fails leaves a report in
-out/pictures/.
+out/pictures/VERSION/.
 """
 
 import statistics
@@ -22,7 +22,7 @@ from gi_bake.gi_core import exr, tiles
 from gi_bake.gi_core.techniques import METHODS
 from gi_bake.tests.references import build
 
-EVIDENCE = Path(__file__).resolve().parents[2] / "out" / "pictures"
+EVIDENCE = Path(__file__).resolve().parents[2] / "out" / "pictures" / bpy.app.version_string.split()[0]
 BLOCK = 6
 # How likely one picture fails that is right.
 ALPHA = 0.001
