@@ -21,7 +21,8 @@ ARGS          :=
 help:
 	@echo 'make bake       bake SCENE (sample_blends/cornell.blend) with all techniques, compare with Cycles, into OUT/'
 	@echo 'make test       run the tests; ARGS="-k name" goes to pytest'
-	@echo 'make bench      measure everything, into out/bench/; QUICK=1 for 5 minutes, PREVIOUS=bench.json to compare'
+	@echo 'make bench      measure everything, into OUT/bench/; QUICK=1 for 4 minutes, PREVIOUS=bench.json to compare,'
+	@echo '                README=1 to put the tables into tests/benchmarks/README.md'
 	@echo 'make references render with Cycles what tests compare pictures with, after a change of sample_blends/'
 	@echo 'make lint       look for mistakes with ruff'
 	@echo 'make extension  build and validate the zips of the extension, into DIST; PYTHONS="$(PYTHONS)"'
@@ -37,7 +38,8 @@ test: $(READY)
 	@$(VENV)/bin/python -m pytest $(ARGS)
 
 bench: $(READY)
-	@$(VENV)/bin/python tests/benchmarks/suite.py $(if $(QUICK),--quick) $(if $(PREVIOUS),--previous '$(PREVIOUS)') $(ARGS)
+	@$(VENV)/bin/python tests/benchmarks/suite.py --output "$$OUT/bench" $(if $(QUICK),--quick) \
+	  $(if $(PREVIOUS),--previous '$(PREVIOUS)') $(if $(README),--readme tests/benchmarks/README.md) $(ARGS)
 
 references: $(READY)
 	@$(VENV)/bin/python tests/references/build.py $(ARGS)
