@@ -141,7 +141,7 @@ def test_noise_is_that_of_the_mean(sample, tmp_path):
     scene, layer = opened(sample, "cornell")
     result = baked(scene, layer, samples=2)
     few = halves.truth(scene, layer, result.job, (SIDE, SIDE), {}, 32, tmp_path)
-    many = halves.truth(scene, layer, result.job, (SIDE, SIDE), {}, 4096, tmp_path)
+    many = halves.truth(scene, layer, result.job, (SIDE, SIDE), {}, 1024, tmp_path)
     error = np.mean((few.light["Diffuse Indirect"] - many.light["Diffuse Indirect"]) ** 2)
     assert np.mean(few.noise["Diffuse Indirect"] ** 2) == pytest.approx(error, rel=0.25)
 

@@ -28,7 +28,7 @@ BLOCK = 6
 ALPHA = 0.001
 SETTINGS = {
     "rsm": {"samples": 32, "light_samples": 16, "map_resolution": 128, "denoise": "none"},
-    "lpv": {"light_samples": 16, "map_resolution": 128, "cells": 32, "cascades": 2, "denoise": "none"},
+    "lpv": {"light_samples": 16, "map_resolution": 128, "cells": 32, "cascades": 1, "denoise": "none"},
     "ssgi": {"samples": 16, "light_samples": 16, "frames": 2, "denoise": "none"},
 }
 # By how much of its light a block may be off, and what share of the picture's mean counts besides in the dark.
