@@ -109,6 +109,15 @@ def in_browser(path, folder):
     return json.loads(html.unescape(found.partition('"')[0])), console
 
 
+def driven(path, folder):
+    """What the steps find, in a browser where there is one; no line may stand in its console."""
+    if BROWSER is None:
+        return without_browser(Page(path))
+    found, console = in_browser(path, folder)
+    assert console == []
+    return found
+
+
 # As much of a document as the page's script touches.
 _DOCUMENT = """
 class Event { constructor(type, more) { Object.assign(this, more); this.type = type; } preventDefault() {} }
