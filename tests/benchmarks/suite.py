@@ -29,7 +29,7 @@ from gi_bake.tests.benchmarks.worker import Worker
 HERE = Path(__file__).resolve().parent
 SCENES = ("cornell", "sunlit_room", "thin_wall", "corridor", "emissive", "props", "pan", "materials")
 FULL = {
-    "limit": 300, "side": 128, "texels": 64, "objects": 6, "settings": {},
+    "limit": 600, "side": 128, "texels": 64, "objects": 6, "settings": {},
     "reference": {"image": 1024, "lightmap": 256, "vertices": 256}, "cycles": (1, 4, 16, 64, 256),
     "triangles": (10_000, 100_000, 1_000_000, 10_000_000), "texel counts": (64, 256, 1024, 4096),
     "lights": (1, 4, 16, 64, 256), "cells": (16, 32, 64, 128),
