@@ -12,6 +12,7 @@ ANSWERS = """
 import json, sys, time
 for line in sys.stdin:
     case, arguments = json.loads(line)
+    print("Blender says something", flush=True)
     if case == "die": sys.exit("out of luck")
     if case == "hang": time.sleep(60)
     if case == "raise": print(json.dumps({"failed": "ValueError: no"}), flush=True)
@@ -68,6 +69,7 @@ def test_who_is_sooner_at_the_same_error():
     rows |= {
         "a image fast": image(2.0, 0.011), "a image slow": image(20.0, 0.101), "a image poor": image(2.0, 0.5),
         "a image near": image(2.0, 0.006), "a image as good": image(2.0, 0.0015),
+        "a vertices dark": image(2.0, 0, 0, **{"Cycles' seconds": 8.0}),
         "a lightmap fast": image(1.0, 0.003, **{"Cycles' seconds": 8.0}),
     }  # fmt: skip
     suite.against_cycles(rows)
@@ -77,6 +79,7 @@ def test_who_is_sooner_at_the_same_error():
     assert there["poor"] == 1 and there["near"] == "not reached" and there["as good"] == "within noise"
     assert rows["a image fast"]["Cycles, same time"] == pytest.approx(0.1 / 2)
     assert rows["a image slow"]["Cycles, same time"] == pytest.approx(0.01)
+    assert rows["a vertices dark"]["Cycles, same error"] == "within noise"
     # Twice the noise of the reference, in half of its time.
     assert rows["a lightmap fast"]["Cycles, same error"] == pytest.approx(4)
     text = tables.document_as_markdown({"about": {"machine": "m"}, "rows": rows, "exponents": {}})

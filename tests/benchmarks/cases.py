@@ -36,7 +36,6 @@ from gi_bake.gi_core.geometry import Geometry
 from gi_bake.gi_core.scene import ColorSource, Instance, Material, Mesh, Scene
 from gi_bake.gi_core.techniques import METHODS
 from gi_bake.gi_core.trace import Tracer
-from lightmaps import unwrap
 from tracer import rates
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_blends"
@@ -85,9 +84,8 @@ def sample(name, method, target, side, texels, objects, reference, settings, fol
     size = render.resolution_x, render.resolution_y
     size = [max(1, round(n * side / max(size))) for n in size]
     render.resolution_x, render.resolution_y, render.resolution_percentage = *size, 100
-    meshes = [obj for obj in view_layer.objects if obj.type == "MESH" and not obj.hide_render]
-    unwrap(meshes)
-    names = tuple(sorted(obj.name for obj in meshes)[:objects]) if target in ("lightmap", "vertices") else ()
+    meshes = sorted(obj.name for obj in view_layer.objects if obj.type == "MESH" and not obj.hide_render)
+    names = tuple(meshes[:objects]) if target in ("lightmap", "vertices") else ()
     key = f"{name} {target} {method}"
     try:
         job = Job(method=method, target=target, objects=names, resolution=side if target == "image" else texels,

@@ -122,7 +122,7 @@ def against_cycles(rows: dict[str, dict]):
             continue
         scene, target = name.split()[:2]
         own, noise = row["relMSE"] - row["noise"], row["noise"]
-        if own < noise:
+        if own <= noise:
             row["Cycles, same error"] = "within noise"
         elif target == "image":
             curve = [

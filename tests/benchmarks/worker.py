@@ -36,7 +36,8 @@ class Worker:
         try:
             process.stdin.write(json.dumps([case, arguments]) + "\n")
             process.stdin.flush()
-            line = process.stdout.readline()
+            # Blender may have a word of its own to say.
+            line = next((line for line in process.stdout if line.startswith("{")), "")
         except BrokenPipeError:
             line = ""
         finally:
