@@ -5,6 +5,7 @@
 import base64
 import html
 import json
+import re
 import shutil
 import subprocess
 import tempfile
@@ -116,6 +117,17 @@ def driven(path, folder):
     found, console = in_browser(path, folder)
     assert console == []
     return found
+
+
+def pages_of_paper(path, folder):
+    """How many a browser prints the page on."""
+    pdf = folder / "printed.pdf"
+    subprocess.run(
+        [BROWSER, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={folder / 'profile'}",
+         f"--print-to-pdf={pdf}", path.resolve().as_uri()],
+        capture_output=True, timeout=120, check=True,
+    )  # fmt: skip
+    return len(re.findall(rb"/Type\s*/Page\b", pdf.read_bytes()))
 
 
 # As much of a document as the page's script touches.
