@@ -66,11 +66,13 @@ def test_who_is_sooner_at_the_same_error():
         f"a image Cycles, OIDN, {n} samples": {"case": "cycles", "seconds": s, "relMSE": e + 0.001, "noise": 0.001}
         for n, s, e in ((1, 1.0, 0.1), (8, 10.0, 0.01))
     }
+    # Half a second to the first sample, a tenth for each further one: two renders of 40 samples.
+    bakes = {"Cycles' seconds": 9.0, "Cycles' samples": 80, "Cycles' first sample": 0.5}
     rows |= {
         "a image fast": image(2.0, 0.011), "a image slow": image(20.0, 0.101), "a image poor": image(2.0, 0.5),
         "a image near": image(2.0, 0.006), "a image as good": image(2.0, 0.0015),
-        "a vertices dark": image(2.0, 0, 0, **{"Cycles' seconds": 8.0}),
-        "a lightmap fast": image(1.0, 0.003, **{"Cycles' seconds": 8.0}),
+        "a vertices dark": image(2.0, 0, 0), "a lightmap fast": image(0.9, 0.011, **bakes),
+        "a lightmap first": image(0.4, 0.5, **bakes),
     }  # fmt: skip
     suite.against_cycles(rows)
     there = {name.removeprefix("a image "): row.get("Cycles, same error") for name, row in rows.items()}
@@ -80,8 +82,11 @@ def test_who_is_sooner_at_the_same_error():
     assert rows["a image fast"]["Cycles, same time"] == pytest.approx(0.1 / 2)
     assert rows["a image slow"]["Cycles, same time"] == pytest.approx(0.01)
     assert rows["a vertices dark"]["Cycles, same error"] == "within noise"
-    # Twice the noise of the reference, in half of its time.
-    assert rows["a lightmap fast"]["Cycles, same error"] == pytest.approx(4)
+    # Ten times the noise of the reference: eight samples. After four more than the first it has 16 times that noise.
+    assert rows["a lightmap fast"]["Cycles, same error"] == pytest.approx(0.5 + 0.1 * 7)
+    assert rows["a lightmap fast"]["Cycles, same time"] == pytest.approx(0.001 * 80 / 5)
+    first = rows["a lightmap first"]
+    assert first["Cycles, same error"] == 0.5 and first["Cycles, same time"] == "no picture"
     text = tables.document_as_markdown({"about": {"machine": "m"}, "rows": rows, "exponents": {}})
     sooner = "at the same error in 2: a fast (5 ×), a near; **Cycles is sooner in 2**: a slow (20 ×), a poor (2 ×);"
     assert sooner in text

@@ -99,10 +99,12 @@ def sample(name, method, target, side, texels, objects, reference, settings, fol
 
 
 def errors(scene, view_layer, job, result, names, samples, folder):
-    """relMSE and bias of indirect light over all that counts, the reference's noise, and how long that took."""
-    folder.mkdir(parents=True, exist_ok=True)
+    """relMSE and bias of indirect light over all that counts, the reference's noise, and how long that took; of bakes
+    also how long Cycles takes to a single sample."""
+    (folder / "begin").mkdir(parents=True, exist_ok=True)
     lightmap_uvs.put_all({bpy.data.meshes[name, None]: uvs for name, uvs in result.uvs.items()})
-    found = truth(scene, view_layer, job, _size(result), uv_maps(result, names), samples, folder)
+    what = scene, view_layer, job, _size(result), uv_maps(result, names)
+    found = truth(*what, samples, folder)
     results = {job.method: result}
     every = _camera(results, found, None) if job.target == "image" else _objects(results, found, list(names))
     every = [s for s in every if s.kind == "indirect"]
@@ -114,7 +116,8 @@ def errors(scene, view_layer, job, result, names, samples, folder):
     )
     return {
         "relMSE": metrics.relmse(x, r), "noise": metrics.relmse(r + n, r), "bias": metrics.bias(x, r),
-        "Cycles' seconds": found.seconds,
+        "Cycles' seconds": found.seconds, "Cycles' samples": found.terms["samples"],
+        **({} if job.target == "image" else {"Cycles' first sample": truth(*what, 2, folder / "begin").seconds / 2}),
     }  # fmt: skip
 
 

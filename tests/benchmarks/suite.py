@@ -10,6 +10,7 @@ Both files are written anew after each case; a case that fails says so in its ro
 """
 
 import argparse
+import importlib.metadata
 import json
 import os
 import shutil
@@ -114,8 +115,8 @@ def exponent(times: dict[int, float]) -> float:
 def against_cycles(rows: dict[str, dict]):
     """Puts into rows how Cycles does for the same error and in the same time.
 
-    Of camera images it is denoised Cycles, by its curve. Of lightmaps and vertices it is Cycles as it bakes, by the
-    reference, whose error falls as one over its time; what Cycles needs to begin is left out, to its favour.
+    Of camera images it is denoised Cycles, by its curve. Of lightmaps and vertices it is Cycles as it bakes: by its
+    first sample and by the reference, two renders whose error falls as one over their samples.
     """
     for name, row in rows.items():
         if "relMSE" not in row or row["case"] != "sample":
@@ -136,8 +137,11 @@ def against_cycles(rows: dict[str, dict]):
                 then = error_at(curve, row["seconds"]) if begun else last["relmse"]
                 row["Cycles, same time"] = then or "no picture"
         else:
-            row["Cycles, same error"] = row["Cycles' seconds"] * noise / own
-            row["Cycles, same time"] = row["Cycles' seconds"] * noise / row["seconds"]
+            first, samples = row["Cycles' first sample"], row["Cycles' samples"]
+            each = max(row["Cycles' seconds"] - 2 * first, 1e-9) / samples
+            row["Cycles, same error"] = first + each * max(samples * noise / own - 1, 0)
+            made = 1 + (row["seconds"] - first) / each
+            row["Cycles, same time"] = noise * samples / made if made >= 1 else "no picture"
 
 
 def main():
@@ -159,7 +163,7 @@ def main():
     begin = time.perf_counter()
     about = {
         "machine": f"{processor()}, {os.cpu_count()} cores", "date": datetime.now(UTC).strftime("%Y-%m-%d"),
-        "version": f"GI Bake {version()}",
+        "version": f"GI Bake {version()}, Blender {importlib.metadata.version('bpy')}",
         "command": " ".join(["make bench", *(["QUICK=1"] if a.quick else []), *(["--only", a.only] if a.only else [])]),
         "sizes": sizes,
     }  # fmt: skip
