@@ -4,6 +4,8 @@
 
 import numpy as np
 import pytest
+from gi_bake.tests.addon import test_pictures
+from gi_bake.tests.addon.page import Page
 from gi_bake.tests.addon.test_pictures import share_off
 
 SHAPE = (48, 48, 3)
@@ -37,3 +39,13 @@ def test_noise_passes_and_errors_do_not(seed):
     wrong = light.copy()
     wrong[:6, :, 2] *= 0.4
     assert off(wrong) >= 6 / 64
+
+
+def test_what_fails_leaves_a_report(tmp_path, monkeypatch):
+    monkeypatch.setattr(test_pictures, "EVIDENCE", tmp_path)
+    rng = np.random.default_rng(0)
+    light = rng.random((12, 12, 3), dtype=np.float32)
+    truth = {"Diffuse Indirect": light, "Diffuse Indirect Noise": 0.01 * light}
+    every, off = np.ones((12, 12), bool), {"Diffuse Indirect": (0.25, 0.1)}
+    page = Page(test_pictures.evidence("room", "rsm", truth, {"Diffuse Indirect": 2 * light}, every, off))
+    assert "0.25" in page.text and "Diffuse Indirect, rsm, signed" in page.pictures
