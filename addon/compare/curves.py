@@ -115,8 +115,11 @@ def against_cycles(found: dict[str, list[dict]], noise: float = 0.0) -> list[dic
 
 
 def time_at(rows: list[dict], error: float) -> float | None:
-    """Seconds [s] that a curve takes to an error, straight between pictures in logarithms; None beyond them."""
+    """Seconds [s] that a curve takes to an error at most, straight between pictures in logarithms; None where none of
+    them is so near."""
     errors, seconds = _front(rows)
+    if error > errors[0]:
+        return float(seconds[0])
     return _between(error, errors[::-1], seconds[::-1])
 
 

@@ -88,7 +88,7 @@ def _page(title, subjects, techniques, reference, about, curves, ratios):
         _section("Error over time", _curves(curves, ratios, noise)),
         _section("Time by stage [s]", _columns({k: v["stages"] for k, v in techniques.items()}, "{:.2f}", total=True)),
         _section("Reference", _table(reference)),
-        _section("Settings", _columns({k: v["settings"] for k, v in techniques.items()}, "{}")),
+        _section("Settings", _columns({k: _settings(v) for k, v in techniques.items()}, "{}", "settings")),
         _section("Approximated", _sentences(techniques, "approximated")),
         _section("Warnings", _sentences(techniques, "warnings")),
     ]
@@ -127,7 +127,8 @@ def _subject(s, with_pictures):
             parts.append(
                 f'<figure><div class="wipe">{_image(cycles, f"{s.name}, Cycles")}'
                 f"{_image(picture, name, 'ours')}</div>"
-                f"<figcaption>{html.escape(label)} to the left, Cycles to the right</figcaption></figure>"
+                f'<figcaption>{html.escape(label)}<span class="screen"> to the left, Cycles to the right</span>'
+                "</figcaption></figure>"
             )
             parts.append(_figure(pictures.error(ours, s.reference, s.seen), f"{name}, error", "Relative error"))
             signed = display.difference(ours, s.reference, exposure, s.seen)
@@ -266,7 +267,12 @@ def _times(ratio, more, less):
     return f"{ratio:.3g} × {more}" if ratio >= 1 else f"{1 / ratio:.3g} × {less}"
 
 
-def _columns(tables, form, total=False):
+def _settings(told):
+    """What was asked for, and the device that `auto` took."""
+    return told["settings"] | {"device": told["device"]}
+
+
+def _columns(tables, form, style="", total=False):
     """Rows of all tables beside each other."""
     names = list(dict.fromkeys(name for table in tables.values() for name in table))
     if not names:
@@ -282,7 +288,8 @@ def _columns(tables, form, total=False):
     foot = ""
     if total:
         foot = f"<tfoot><tr><th>together</th>{cells([sum(t.values()) for t in tables.values()])}</tr></tfoot>"
-    return f'<div class="wide"><table><thead><tr><th></th>{head}</tr></thead><tbody>{rows}</tbody>{foot}</table></div>'
+    table = f"<table><thead><tr><th></th>{head}</tr></thead><tbody>{rows}</tbody>{foot}</table>"
+    return f'<div class="{" ".join(filter(None, ("wide", style)))}">{table}</div>'
 
 
 def _sentences(techniques, name):

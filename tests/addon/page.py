@@ -5,6 +5,7 @@
 import base64
 import html
 import json
+import re
 import shutil
 import subprocess
 import tempfile
@@ -107,6 +108,26 @@ def in_browser(path, folder):
     _, _, found = done.stdout.partition('data-found="')
     assert found, done.stderr[-2000:]
     return json.loads(html.unescape(found.partition('"')[0])), console
+
+
+def driven(path, folder):
+    """What the steps find, in a browser where there is one; no line may stand in its console."""
+    if BROWSER is None:
+        return without_browser(Page(path))
+    found, console = in_browser(path, folder)
+    assert console == []
+    return found
+
+
+def pages_of_paper(path, folder):
+    """How many a browser prints the page on."""
+    pdf = folder / "printed.pdf"
+    subprocess.run(
+        [BROWSER, "--headless", "--no-sandbox", "--disable-gpu", f"--user-data-dir={folder / 'profile'}",
+         f"--print-to-pdf={pdf}", path.resolve().as_uri()],
+        capture_output=True, timeout=120, check=True,
+    )  # fmt: skip
+    return len(re.findall(rb"/Type\s*/Page\b", pdf.read_bytes()))
 
 
 # As much of a document as the page's script touches.

@@ -41,6 +41,10 @@ def test_beyond_the_pictures_nothing_is_guessed():
     assert r[curves.CYCLES]["times faster"] is None and r[curves.CYCLES]["times better"] is None
 
 
+def test_where_cycles_first_picture_is_nearer_already_it_has_taken_that_ones_time():
+    assert ratios([row(4, 2.0)])[curves.CYCLES]["times faster"] == pytest.approx(1 / 4)
+
+
 def test_noise_of_the_reference_is_taken_off_and_said():
     noise = 0.05
     found = [

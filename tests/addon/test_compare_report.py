@@ -11,7 +11,7 @@ import pytest
 from gi_bake.addon.compare import pictures
 from gi_bake.addon.compare.report import MOST_PICTURES, write_report
 from gi_bake.addon.compare.subject import Subject, summed
-from gi_bake.tests.addon.page import BROWSER, Page, in_browser, pixels_of, without_browser
+from gi_bake.tests.addon.page import BROWSER, Page, in_browser, pages_of_paper, pixels_of, without_browser
 
 rng = np.random.default_rng(0)
 TOLD = {
@@ -180,3 +180,9 @@ def test_the_page_in_a_browser(tmp_path):
     assert console == []
     # The picture on top is cut at the wipe, here at its right side.
     assert found["clip"] in ("inset(0px 0% 0px 0px)", "inset(0px calc(0%) 0px 0px)")
+
+
+@pytest.mark.skipif(BROWSER is None, reason="no Chromium or Chrome here to print with")
+def test_on_paper_every_light_is_there_and_begins_a_page(tmp_path):
+    one = pages_of_paper(report(tmp_path, three()[:1])[0], tmp_path)
+    assert pages_of_paper(report(tmp_path, three())[0], tmp_path) == one + 2

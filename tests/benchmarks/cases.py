@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: 2026 GI Bake authors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""What the benchmark measures, each case in a process of its own: `python cases.py CASE '{"setting": …}'` prints rows
-as JSON, name -> measure -> value. `suite.py` calls it.
+"""What the benchmark measures. `suite.py` starts it and writes a case for each line, `["CASE", {"argument": …}]`; the
+answer is a line of rows, name -> measure -> value, or {"failed": why}.
 """
 
+import ctypes
 import importlib
 import inspect
 import json
@@ -12,6 +13,7 @@ import pkgutil
 import sys
 import threading
 import time
+import traceback
 from pathlib import Path
 
 from gi_bake.addon.console import find_blenders_modules
@@ -34,12 +36,9 @@ from gi_bake.gi_core.geometry import Geometry
 from gi_bake.gi_core.scene import ColorSource, Instance, Material, Mesh, Scene
 from gi_bake.gi_core.techniques import METHODS
 from gi_bake.gi_core.trace import Tracer
-from lightmaps import unwrap
 from tracer import rates
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_blends"
-# Cycles bakes objects one after the other; these are enough to tell.
-OBJECTS = 6
 
 
 def opened(name):
@@ -48,7 +47,8 @@ def opened(name):
 
 
 def measured(work):
-    """What a function gives, its seconds, and by how many MB memory rose above what it was, where Linux tells."""
+    """What a function gives, its seconds, those of all processors, and by how many MB memory rose above what it was,
+    where Linux tells."""
     status = Path("/proc/self/status")
     tells = status.is_file()
 
@@ -56,10 +56,15 @@ def measured(work):
         return int(status.read_text().partition(f"{name}:")[2].split()[0]) / 1024 if tells else float("nan")
 
     if tells:
+        # What earlier cases left free goes back, or it would hide what this one takes.
+        trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
+        if trim:
+            trim(0)
         Path("/proc/self/clear_refs").write_text("5")
-    before, begin = memory("VmRSS"), time.perf_counter()
+    before, begin, busy = memory("VmRSS"), time.perf_counter(), time.process_time()
     value = work()
-    return value, {"seconds": time.perf_counter() - begin, "memory [MB]": max(0.0, memory("VmHWM") - before)}
+    row = {"seconds": time.perf_counter() - begin, "processor [s]": time.process_time() - busy}
+    return value, row | ({"memory [MB]": max(0.0, memory("VmHWM") - before)} if tells else {})
 
 
 def settings_of(method, asked):
@@ -68,33 +73,38 @@ def settings_of(method, asked):
     return kind(**{k: v for k, v in asked.items() if k in kind.__dataclass_fields__})
 
 
-def sample(name, method, side, texels, reference, settings, folder):
-    """A sample scene with a technique for every target, against Cycles at the same bounces."""
-    rows = {}
-    for target in ("image", "lightmap", "vertices", *(["volume"] if method == "lpv" else [])):
-        scene, view_layer = opened(name)
-        meshes = [obj for obj in view_layer.objects if obj.type == "MESH" and not obj.hide_render]
-        unwrap(meshes)
-        names = tuple(sorted(obj.name for obj in meshes)[:OBJECTS]) if target in ("lightmap", "vertices") else ()
-        key = f"{name} {target} {method}"
-        try:
-            job = Job(method=method, target=target, objects=names, resolution=side if target == "image" else texels,
-                      settings=settings_of(method, settings))  # fmt: skip
-            result, rows[key] = measured(lambda j=job, s=scene, v=view_layer: tiles.finish(bake(s, v, j)))
-        except Refused as refused:
-            rows[key] = {"refused": ", ".join(sorted({f.code for f in refused.findings if f.severity == "ERROR"}))}
-            continue
-        if target != "volume":
-            rows[key] |= errors(scene, view_layer, job, result, names, reference, folder / f"{name} {target}")
-        del result
-    return rows
+def sample(name, method, target, side, texels, objects, reference, settings, folder):
+    """A sample scene with a technique for a target, against Cycles at the same bounces.
+
+    objects: how many are baked of those that lightmaps and light at vertices are for; Cycles bakes one after the other.
+    """
+    scene, view_layer = opened(name)
+    # What techniques on the screen see for lightmaps and vertices is as large as a picture.
+    render = scene.render
+    size = render.resolution_x, render.resolution_y
+    size = [max(1, round(n * side / max(size))) for n in size]
+    render.resolution_x, render.resolution_y, render.resolution_percentage = *size, 100
+    meshes = sorted(obj.name for obj in view_layer.objects if obj.type == "MESH" and not obj.hide_render)
+    names = tuple(meshes[:objects]) if target in ("lightmap", "vertices") else ()
+    key = f"{name} {target} {method}"
+    try:
+        job = Job(method=method, target=target, objects=names, resolution=side if target == "image" else texels,
+                  settings=settings_of(method, settings))  # fmt: skip
+        result, row = measured(lambda: tiles.finish(bake(scene, view_layer, job)))
+    except Refused as refused:
+        return {key: {"refused": ", ".join(sorted({f.code for f in refused.findings if f.severity == "ERROR"}))}}
+    if target != "volume":
+        row |= errors(scene, view_layer, job, result, names, reference[target], folder / f"{name} {target}")
+    return {key: row}
 
 
 def errors(scene, view_layer, job, result, names, samples, folder):
-    """relMSE and bias of indirect light over all that counts, the reference's noise, and how long that took."""
-    folder.mkdir(parents=True, exist_ok=True)
+    """relMSE and bias of indirect light over all that counts, the reference's noise, and how long that took; of bakes
+    also how long Cycles takes to a single sample."""
+    (folder / "begin").mkdir(parents=True, exist_ok=True)
     lightmap_uvs.put_all({bpy.data.meshes[name, None]: uvs for name, uvs in result.uvs.items()})
-    found = truth(scene, view_layer, job, _size(result), uv_maps(result, names), samples, folder)
+    what = scene, view_layer, job, _size(result), uv_maps(result, names)
+    found = truth(*what, samples, folder)
     results = {job.method: result}
     every = _camera(results, found, None) if job.target == "image" else _objects(results, found, list(names))
     every = [s for s in every if s.kind == "indirect"]
@@ -106,7 +116,8 @@ def errors(scene, view_layer, job, result, names, samples, folder):
     )
     return {
         "relMSE": metrics.relmse(x, r), "noise": metrics.relmse(r + n, r), "bias": metrics.bias(x, r),
-        "Cycles' seconds": found.seconds,
+        "Cycles' seconds": found.seconds, "Cycles' samples": found.terms["samples"],
+        **({} if job.target == "image" else {"Cycles' first sample": truth(*what, 2, folder / "begin").seconds / 2}),
     }  # fmt: skip
 
 
@@ -117,7 +128,7 @@ def cycles(name, side, reference, settings, folder, counts=CYCLES_SAMPLES):
     result = tiles.finish(bake(scene, view_layer, job))
     folder = folder / f"{name} image"
     folder.mkdir(parents=True, exist_ok=True)
-    found = truth(scene, view_layer, job, _size(result), {}, reference, folder)
+    found = truth(scene, view_layer, job, _size(result), {}, reference["image"], folder)
     indirect = _camera({"rsm": result}, found, None)[0]
     rows = curves(scene, view_layer, {"rsm": result}, indirect.reference, indirect.mask, (), counts)
     return {
@@ -200,9 +211,9 @@ def triangles(count, queries=1 << 18):
 
 
 def texels(count):
-    """A lightmap of the floor of Cornell, a few samples."""
+    """A lightmap of the floor of Cornell, a sample for each texel."""
     scene, view_layer = opened("cornell")
-    settings = settings_of("rsm", {"samples": 4, "light_samples": 4, "map_resolution": 128})
+    settings = settings_of("rsm", {"samples": 1, "light_samples": 1, "map_resolution": 128})
     job = Job(target="lightmap", objects=("Floor",), resolution=count, settings=settings)
     _, row = measured(lambda: tiles.finish(bake(scene, view_layer, job)))
     return {f"lightmap, {count}² texels": row}
@@ -235,12 +246,17 @@ CASES = {f.__name__: f for f in (sample, cycles, reading, rays, of_kernels, tria
 
 
 def main():
-    case, arguments = sys.argv[1], json.loads(sys.argv[2])
-    if "folder" in arguments:
-        arguments["folder"] = Path(arguments["folder"])
-    with quiet():
-        rows = CASES[case](**arguments)
-    os.write(1, json.dumps(rows).encode())
+    for line in sys.stdin:
+        case, arguments = json.loads(line)
+        if "folder" in arguments:
+            arguments["folder"] = Path(arguments["folder"])
+        try:
+            with quiet():
+                answer = CASES[case](**arguments)
+        except Exception as error:
+            traceback.print_exc()
+            answer = {"failed": f"{type(error).__name__}: {error}"}
+        os.write(1, f"{json.dumps(answer)}\n".encode())
 
 
 if __name__ == "__main__":

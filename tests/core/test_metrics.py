@@ -90,6 +90,14 @@ def test_ssim_is_what_scikit_image_gives(masked):
     assert metrics.ssim(x, r) == pytest.approx(similarity(x, r, **settings), rel=1e-9)
 
 
+def test_psnr_and_rmse_are_what_scikit_image_gives():
+    theirs = pytest.importorskip("skimage.metrics")
+    x, r = rng.random((2, 31, 40, 3))
+    assert metrics.psnr(x, r) == pytest.approx(theirs.peak_signal_noise_ratio(r, x, data_range=1), rel=1e-9)
+    error = np.sqrt(theirs.mean_squared_error(r, x))
+    assert metrics.measure(x, r)["rmse"] == pytest.approx(error, rel=1e-9)
+
+
 @pytest.mark.parametrize("scale", [0.01, 1, 300])
 def test_flip_is_what_its_authors_give(scale):
     """Pixel by pixel, at the exposures that they choose, of smooth light with noise and of bright points."""
