@@ -7,7 +7,7 @@ import numpy as np
 
 from ..sampling import cosine_hemisphere, rotated, signed
 from ..vectors import dot, length
-from .depth_march import depth_march, march_inputs
+from .depth_march import depth_march
 
 # What a ray found that is none, since it starts under the surface, and one that met nothing on the screen.
 NO_RAY, MISSED = -2, -1
@@ -50,7 +50,7 @@ def screen_trace(
     start = np.stack([column + np.float32(0.5), row + np.float32(0.5), screen.device(z)], -1).astype(np.float32)
     way = screen.march(here, direction).astype(np.float32)
     near = screen.device(screen.camera.clip[0])
-    hit, hidden = depth_march(start, way, march.depth, march.slope, march.pyramid, march.table, near, back, steps)
+    hit, hidden = depth_march(start, way, march.cells, march.table, near, back, steps, certain)
     facing = face[hit]
     # A surface turned away shows the eye another side than the one that the ray meets.
     kept = (hit >= 0) & (dot(facing, direction) < 0)
@@ -75,14 +75,13 @@ def screen_trace_on_gpu(
     inputs = {
         "pixels": (pixels, 1), "place": (place, 1), "depth": (depth, 1), "position": (position, 3),
         "normal": (normal, 3), "face": (face, 3), "points": (points, 2),
-        "axes": (screen.frame, 3),
-        **march_inputs(gpu, march.depth, march.slope, march.pyramid),
+        "axes": (screen.frame, 3), "cells": (march.cells, 3),
     }  # fmt: skip
     unit_x, unit_y = screen.pixels_per_unit
     gpu.dispatch(
         "screen_trace", n * k, inputs if valid is None else {**inputs, "valid": (valid, 1)}, {"hit": hit},
         integers={"width": w, "height": h, "steps": steps, "top": len(march.table) - 1,
-                  "parallel": screen.parallel, "seed": signed(seed)},
+                  "parallel": screen.parallel, "seed": signed(seed), "sure": certain},
         floats={"near_": screen.device(screen.camera.clip[0]), "back": back, "unit_x": unit_x, "unit_y": unit_y,
                 "footprint": screen.footprint(np.ones(1, np.float32))[0]},
         defines={"RAYS": k, "CERTAIN": int(certain), "VALID": int(valid is not None)},
