@@ -104,9 +104,7 @@ def depth_march(origin, direction, cells, table, near: float, back: float, steps
     return hit, hidden
 
 
-def depth_march_on_gpu(
-    gpu, origin, direction, cells, table, near: float, back: float, steps: int, sure: bool = False
-):
+def depth_march_on_gpu(gpu, origin, direction, cells, table, near: float, back: float, steps: int, sure: bool = False):
     n, (_, w, h) = len(origin), table[0]
     hit, hidden = gpu.empty((n,), 1, np.int32), gpu.empty((n,), 1, bool)
     gpu.dispatch(

@@ -15,6 +15,9 @@ NO_RAY, MISSED = -2, -1
 # The start bias as a share of the distance, and the slant at which it stops growing.
 _BIAS, _LEAST_SLANT = np.float32(1e-3), np.float32(1e-2)
 
+# How far off a pixel has to be, in its own size on the surface, to be one point to a ray.
+_FAR_OFF = np.float32(4)
+
 
 def rays_of(place, normal, face, points, seed: int):
     """Directions from each point, k of them, and which of them leave the surface.
@@ -36,7 +39,8 @@ def screen_trace(
     pixels: (n,) int32, of the screen. place: (n,) int, by which each one's sequence is shifted. valid: (h · w,) bool,
     pixels that may be met; None for all. depth: (h, w) [m], position, normal, face: (h, w, 3) float32. march: the
     DepthMap. points: (k, 2) float32 of the unit square. screen: the camera's. back, steps: of `depth_march`.
-    certain: only hits in sight all the way, on the very surface that the pixel shows.
+    certain: only hits in sight all the way, on the very surface that the pixel shows, and not so near that the pixel's
+    size counts.
     Returns (n · k,) int32: pixels, MISSED or NO_RAY.
     """
     k, depth = len(points), depth.ravel()
@@ -51,17 +55,22 @@ def screen_trace(
     way = screen.march(here, direction).astype(np.float32)
     near = screen.device(screen.camera.clip[0])
     hit, hidden = depth_march(start, way, march.cells, march.table, near, back, steps, certain)
+    out[rows] = MISSED
+    kept = np.flatnonzero((hit >= 0) & ~hidden if certain else hit >= 0)
+    rows, hit, here, direction = rows[kept], hit[kept], here[kept], direction[kept]
     facing = face[hit]
     # A surface turned away shows the eye another side than the one that the ray meets.
-    kept = (hit >= 0) & (dot(facing, direction) < 0)
+    good = dot(facing, direction) < 0
     if certain:
         d = position[hit] - here
-        off = length(d - dot(d, direction)[:, None] * direction)
+        along = dot(d, direction)
+        off = length(d - along[:, None] * direction)
         slant = np.abs(dot(facing, screen.towards(position[hit])))
-        kept &= ~hidden & (off * slant <= screen.footprint(np.where(hit >= 0, depth[hit], 1)))
+        size = screen.footprint(depth[hit])
+        good &= (off * slant <= size) & (along * slant >= _FAR_OFF * size)
     if valid is not None:
-        kept &= valid[hit]
-    out[rows] = np.where(kept, hit, MISSED)
+        good &= valid[hit]
+    out[rows[good]] = hit[good]
     return out
 
 

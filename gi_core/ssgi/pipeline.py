@@ -23,6 +23,7 @@ from .probes import Probes, bake_probes, propagated
 from .screen import Screen
 from .search import Search, searched
 from .settings import SsgiSettings
+from .sure import sure_pixels
 from .view import History, View, between, looked_up
 
 # Pixels worked on at once by a thread: arrays that stay within a core's cache.
@@ -58,9 +59,27 @@ class Inputs:
         return self.search.seen if self.buffer is self.full else self.buffer.on(self.device)
 
     @cached_property
-    def lit(self) -> np.ndarray:
+    def sent(self) -> np.ndarray:
         """What surfaces send of direct light: (H, W, 3) mean radiance."""
-        return self.device.array(self.full.albedo * self.direct / np.float32(np.pi), 3)
+        return self.full.albedo * self.direct / np.float32(np.pi)
+
+    @cached_property
+    def lit(self) -> np.ndarray:
+        """The same where kernels run."""
+        return self.device.array(self.sent, 3)
+
+    @cached_property
+    def known(self) -> np.ndarray:
+        """The pixels whose light may be taken: (H · W,) int32, −1 for those that mixed is not sure of."""
+        every = np.arange(self.full.depth.size, dtype=np.int32)
+        if self.search.settings.mode != "mixed":
+            return every
+        return np.where(sure_pixels(self.full, self.sent).ravel(), every, np.int32(-1))
+
+    @cached_property
+    def valid(self) -> np.ndarray | None:
+        """Whether it may be taken, where kernels run: (H · W,) bool; None for all."""
+        return self.device.array(self.known >= 0, 1) if self.search.settings.mode == "mixed" else None
 
     @cached_property
     def own(self) -> tuple[np.ndarray, np.ndarray]:
@@ -147,11 +166,10 @@ def one_pass(inputs: Inputs, history: History | None, settings: SsgiSettings) ->
     """
     full, buffer, number = inputs.full, inputs.buffer, history.passes if history else 0
     device, search, albedo = inputs.device, inputs.search, inputs.search.seen.albedo
-    lit, valid = inputs.lit, None
+    lit, valid = inputs.lit, inputs.valid
     if settings.feedback == "previous" and history is not None:
         at, _ = before(full, history.full)
-        every = np.arange(full.depth.size, dtype=np.int32)
-        lit, valid = device.run(reproject, every, at, history.picture, history.full.depth, _DEPTH)
+        lit, valid = device.run(reproject, inputs.known, at, history.picture, history.full.depth, _DEPTH)
         lit = lit.reshape(*full.depth.shape, 3)
 
     found = yield from tiles.within(0.0, 0.6, searched(search, valid, number))
