@@ -10,10 +10,12 @@ import pytest
 from gi_bake.gi_core import metrics, ssgi, surfels, tiles
 from gi_bake.gi_core.geometry import Geometry
 from gi_bake.gi_core.scene import Camera, Environment
-from gi_bake.gi_core.ssgi.frame import before, depth_map, g_buffer, matching
+from gi_bake.gi_core.ssgi.frame import before, depth_map, direct_light, g_buffer, matching
 from gi_bake.gi_core.ssgi.probes import bake_probes, unseen
 from gi_bake.gi_core.ssgi.screen import Screen
+from gi_bake.gi_core.ssgi.search import Search, searched
 from gi_bake.gi_core.ssgi.settings import SsgiSettings
+from gi_bake.gi_core.ssgi.sure import sure_pixels
 from gi_bake.gi_core.trace import Tracer
 from gi_bake.tests import shapes
 
@@ -299,3 +301,44 @@ def test_light_at_points_and_how_surely_it_was_seen():
     behind = replace(points[:5], position=points[:5].position + np.float32(10))
     for hidden in (below, behind):
         assert (tiles.finish(ssgi.seen([view], hidden))[1] < 0.01).all()
+
+
+def test_pixels_are_sure_where_their_neighbours_are_alike():
+    """Against plain loops, over a picture with silhouettes, a crease, a shadow's edge and background."""
+    lid = shapes.plate(0.4, 0.25, name="lid", center=(0.5, 0.5))
+    wall = shapes.quad((0, 0, 0), (0, 1, 0), (0, 1, 1), (0, 0, 1), "wall")
+    tracer = shapes.tracer([shapes.plate(0, 1, center=(1, 1)), lid, wall], [shapes.lamp("POINT", 10, (0.7, 0.6, 2))])
+    full = tiles.finish(g_buffer(tracer, Screen(camera((3, 2.5, 3), (0.5, 0.5, 0.1), 30, (31, 22)))))
+    light = full.albedo * tiles.finish(direct_light(tracer, full, 1, 1, 0))
+    sure, (h, w) = sure_pixels(full, light), full.surface.shape
+    for y in range(h):
+        for x in range(w):
+            expected = full.surface[y, x]
+            for j, i in np.argwhere(np.ones((3, 3))) - 1 + (y, x):
+                if (j, i) == (y, x) or not (0 <= j < h and 0 <= i < w):
+                    continue
+                apart = full.position[j, i] - full.position[y, x]
+                off = max(abs(apart @ full.face[y, x]), abs(apart @ full.face[j, i]))
+                less, more = sorted((light[y, x].max(), light[j, i].max()))
+                flat = full.surface[j, i] and off <= 0.25 * np.linalg.norm(apart)
+                expected &= flat and more - less <= 0.3 * less + 1e-4 * light.max(-1).mean()
+            assert sure[y, x] == expected
+    assert 0.2 < sure.mean() < 0.9 and not sure[~full.surface].any()
+
+
+def test_a_pixel_is_met_from_afar_only():
+    """Mixed leaves to the tracer what is so near that the pixels that show it have a size."""
+    view = replace(VIEW, resolution=(48, 48))
+    full = tiles.finish(g_buffer(CORNER, Screen(view)))
+    found = {}
+    for mode in ("screen_space", "mixed"):
+        search = Search(CORNER, full, full, replace(RAW, mode=mode, samples=8, frames=1, mixed_steps=64), None)
+        hit = tiles.finish(searched(search, None, 0)).hit.reshape(-1, 8)
+        rows = np.nonzero(hit >= 0)
+        there = hit[rows]
+        size = full.screen.footprint(full.depth.ravel()[there])
+        view_ray = full.screen.towards(full.position.reshape(-1, 3)[there])
+        size = size / np.abs(np.sum(full.face.reshape(-1, 3)[there] * view_ray, -1))
+        away = full.position.reshape(-1, 3)[there] - full.position.reshape(-1, 3)[search.places[rows[0]]]
+        found[mode] = np.linalg.norm(away, axis=-1) / size
+    assert found["screen_space"].min() < 3 and found["mixed"].min() > 3.9 and len(found["mixed"]) > 1000
