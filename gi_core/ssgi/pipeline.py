@@ -134,9 +134,12 @@ def still(
         0.12, 0.2, direct_light(tracer, full, settings.light_samples, settings.samples, settings.seed)
     )
     inputs = Inputs(full, buffer, direct, Search(tracer, full, buffer, settings, probes))
+    each = settings.feedback == "previous" or settings.accumulation == "hdrp"
     for k in range(settings.frames):
         begin, end = (0.2 + 0.8 * (k + i) / settings.frames for i in (0, 1))
-        radiance, history, layers = yield from tiles.within(begin, end, one_pass(inputs, history, settings))
+        # An earlier picture's filtered light is to be found while it is known where its points went.
+        whole = each or k == settings.frames - 1 or (k == 0 and history is not None)
+        radiance, history, layers = yield from tiles.within(begin, end, one_pass(inputs, history, settings, whole))
     device = tracer.device
     layers = {name: device.numpy(layer) for name, layer in layers.items()}
     return View(buffer, device.numpy(radiance), layers, history.of(device))
@@ -158,9 +161,10 @@ def _traced(full: GBuffer, settings: SsgiSettings) -> GBuffer:
     return full[1 if settings.full_resolution else 2]
 
 
-def one_pass(inputs: Inputs, history: History | None, settings: SsgiSettings) -> Iterator[float]:
+def one_pass(inputs: Inputs, history: History | None, settings: SsgiSettings, whole: bool = True) -> Iterator[float]:
     """All passes over a picture once. A generator of progress.
 
+    whole: with the filters; without, the pass only adds to the mean, and the next one's filters stand for its too.
     Returns (h, w, 3) float32 mean radiance E/π at the resolution of tracing, the History, and, where that is asked for,
     what each pass found: name -> (h, w) or (h, w, 3). Images are left where kernels run.
     """
@@ -183,6 +187,10 @@ def one_pass(inputs: Inputs, history: History | None, settings: SsgiSettings) ->
         if k + 1 < search.levels:
             again = yield from _upsampled(inputs, mean)
             source = device.run(reflected, lit, albedo, again)
+    if not whole:
+        behind = history.behind + 1 if history else 1
+        earlier, picture = (history.filtered, history.picture) if history else (mean, None)
+        return mean, History(buffer, tuple(levels), earlier, count, picture, full, number + 1, behind), {}
     layers = {}
     if settings.debug:
         place, shape = search.places, buffer.depth.shape
@@ -193,9 +201,11 @@ def one_pass(inputs: Inputs, history: History | None, settings: SsgiSettings) ->
 
     filtered, result = mean, mean
     if settings.denoise == "bilateral":
-        smooth = yield from tiles.within(0.7, 0.85, _filtered(inputs, mean, settings, number))
+        behind = history.behind if history else 0
+        numbers = range(number - behind, number + 1)
+        smooth = yield from tiles.within(0.7, 0.85, _filtered(inputs, mean, settings, numbers))
         earlier = history.filtered if history else None
-        filtered, _ = yield from _mixed(smooth, earlier, history, taps, inputs, settings)
+        filtered, _ = yield from _mixed(smooth, earlier, history, taps, inputs, settings, behind)
         if settings.debug:
             layers |= {"Filtered": smooth, "Accumulated again": filtered}
         result = filtered
@@ -252,9 +262,11 @@ def _history(inputs: Inputs, history: History | None) -> Iterator[float]:
     return (yield from device.each(tile, buffer.depth.size, _PIXELS))
 
 
-def _mixed(raw, earlier, history: History | None, taps, inputs: Inputs, settings: SsgiSettings) -> Iterator[float]:
+def _mixed(
+    raw, earlier, history: History | None, taps, inputs: Inputs, settings: SsgiSettings, skipped: int = 0
+) -> Iterator[float]:
     """The temporal filter over an image: raw (h, w, 3) and the history's -> (h, w, 3) and (h, w) passes. A generator of
-    progress."""
+    progress. skipped: as for `temporal`."""
     (h, w, _), device = raw.shape, inputs.device
     if history is None:
         return raw, device.array(np.ones((h, w), np.float32), 1)
@@ -262,25 +274,27 @@ def _mixed(raw, earlier, history: History | None, taps, inputs: Inputs, settings
     earlier, passes = device.array(earlier, 3), device.array(history.count, 1)
 
     def tile(part: slice):
-        return device.run(temporal, flat[part], earlier, passes, *(a[part] for a in taps), hdrp)
+        return device.run(temporal, flat[part], earlier, passes, *(a[part] for a in taps), hdrp, skipped)
 
     out, count = yield from device.each(tile, h * w, _PIXELS)
     return out.reshape(h, w, 3), count.reshape(h, w)
 
 
-def _filtered(inputs: Inputs, value: np.ndarray, settings: SsgiSettings, number: int | None) -> Iterator[float]:
+def _filtered(inputs: Inputs, value: np.ndarray, settings: SsgiSettings, numbers: range | None) -> Iterator[float]:
     """The diffuse filter over an image: (h, w, 3) -> (h, w, 3).
 
-    number: of the pass, whose first filter has points of its own; None for the second, with the same ones each time.
+    numbers: of the passes that it stands for, each of which has points of its own in the first filter; None for the
+        second, with the same ones each time.
     A generator of progress.
     """
     here, search, device, screen = inputs.here, inputs.search, inputs.device, inputs.buffer.screen
     taps = _TAPS if settings.full_resolution else _HALF_TAPS
-    first = (number or 0) * taps % _DISK
-    r, turn = r2_sequence(_DISK)[first : first + taps].T
+    passes = range(1) if numbers is None else numbers[-(_DISK // taps) :]
+    points = np.arange(passes.start * taps, passes.stop * taps) % _DISK
+    r, turn = r2_sequence(_DISK)[points].T
     disk = r[:, None] * np.stack([np.cos(2 * np.pi * turn), np.sin(2 * np.pi * turn)], -1).astype(np.float32)
-    seed = None if number is None else settings.seed * 4096 + number
-    reach, metre, far = inputs.radii[number is None], inputs.metre, np.float32(screen.camera.clip[1])
+    seed = None if numbers is None else settings.seed * 4096 + numbers[-1]
+    reach, metre, far = inputs.radii[numbers is None], inputs.metre, np.float32(screen.camera.clip[1])
     place, literal = search.place, settings.weights == "literal"
 
     def tile(part: slice):

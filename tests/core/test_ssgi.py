@@ -10,6 +10,7 @@ import pytest
 from gi_bake.gi_core import metrics, ssgi, surfels, tiles
 from gi_bake.gi_core.geometry import Geometry
 from gi_bake.gi_core.scene import Camera, Environment
+from gi_bake.gi_core.ssgi import pipeline
 from gi_bake.gi_core.ssgi.frame import before, depth_map, direct_light, g_buffer, matching
 from gi_bake.gi_core.ssgi.probes import bake_probes, unseen
 from gi_bake.gi_core.ssgi.screen import Screen
@@ -153,6 +154,26 @@ def test_the_filters_take_noise_and_keep_light_and_edges(traced):
     error = [metrics.relmse(a[surface], traced[1][surface]) for a in (noisy, clean)]
     assert error[1] < 0.4 * error[0]
     assert abs(metrics.bias(clean[surface], traced[1][surface])) < 0.02
+
+
+def test_filters_run_where_their_result_counts(monkeypatch):
+    """Once over a still, however many passes; in each pass where what they make is fed back or forgotten; and where a
+    picture starts from an earlier one."""
+    runs, filtered = [], pipeline._filtered
+    monkeypatch.setattr(pipeline, "_filtered", lambda *a: runs.append(a[-1]) or filtered(*a))
+    settings = replace(RAW, mode="ray_traced", denoise="bilateral", samples=4)
+    view = replace(VIEW, resolution=(24, 24))
+    _, surface, history = baked(CORNER, view, settings)
+    assert runs == [range(4), None] and history.behind == 0 and (history.count[surface] == 4).all()
+    for more, expected in (
+        ({"feedback": "previous", "mode": "screen_space"}, 8), ({"accumulation": "hdrp"}, 8), ({"frames": 1}, 2),
+    ):  # fmt: skip
+        runs.clear()
+        baked(CORNER, view, replace(settings, **more))
+        assert len(runs) == expected
+    runs.clear()
+    later = baked(CORNER, view, settings, history=history)[2]
+    assert runs == [range(4, 5), None, range(5, 8), None] and (later.count[surface] == 8).all()
 
 
 # A room whose lamp, and most of what it shines on, is behind the camera's back.

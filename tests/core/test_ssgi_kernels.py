@@ -262,6 +262,20 @@ def test_the_temporal_filter_is_its_definition(hdrp):
     assert np.array_equal(history[0, 2], frames[-1, 2])
 
 
+def test_one_value_may_stand_for_several_frames():
+    """As often mixed in as frames were skipped, and once more; where nothing came before them, it is all there is."""
+    rng = np.random.default_rng(0)
+    value, history = rng.random((2, 3)).astype(np.float32), rng.random((1, 2, 3)).astype(np.float32)
+    taps, weights = np.tile(np.arange(2, dtype=np.int32)[:, None], (1, 4)), np.tile(np.float32([1, 0, 0, 0]), (2, 1))
+    before = np.array([[5, 0]], np.float32)
+    once, count = temporal(value, history, before + 3, taps, weights, skipped=3)
+    again, n = history, before
+    for _ in range(4):
+        again, n = (a.reshape(1, 2, -1) for a in temporal(value, again, n[..., :2].reshape(1, 2), taps, weights))
+    assert np.allclose(once, again[0], rtol=1e-5) and np.array_equal(count, n.ravel()) and count[0] == 9
+    assert np.allclose(once[1], value[1])
+
+
 def test_history_between_pixels_is_mixed():
     history = np.array([[[0.0], [1.0]], [[2.0], [4.0]]], np.float32)
     count = np.array([[1, 1], [3, 3]], np.float32)
