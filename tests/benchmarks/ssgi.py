@@ -4,8 +4,9 @@
 
     python tests/benchmarks/ssgi.py [--scene pan] [--size 960x540] [--json FILE]
 
-One pass of one ray per pixel at HDRP's medium preset, both filters. Each mode runs in a process of its own, whose peak
-of memory is told less what it had before the first pixel.
+One pass of one ray per pixel at HDRP's medium preset for the screen, in all modes at full resolution but where it says
+so, both filters. Each mode runs in a process of its own, whose peak of memory is told less what it had before the first
+pixel.
 """
 
 import argparse
@@ -23,8 +24,8 @@ MODES = {
     "screen_space": {"mode": "screen_space"},
     "half resolution": {"mode": "screen_space", "full_resolution": False},
     "bitmask, 8 steps": {"mode": "screen_space", "tracer": "bitmask", "quality": "custom", "steps": 8},
-    "mixed": {"mode": "mixed"},
-    "ray_traced": {"mode": "ray_traced"},
+    "mixed": {"mode": "mixed", "quality": "custom"},
+    "ray_traced": {"mode": "ray_traced", "quality": "custom"},
 }
 
 

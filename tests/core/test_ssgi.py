@@ -296,7 +296,7 @@ def test_history_is_carried_to_where_things_went():
     plate, lid = shapes.plate(0, 2), shapes.plate(0.5, 0.5, name="lid")
     lamp = shapes.lamp("POINT", 10, (0, 0, 2))
     view = camera((0, -0.01, 5), (0, 0, 0), 40, (48, 48))
-    settings = replace(RAW, mode="ray_traced", samples=4, frames=4)
+    settings = replace(RAW, mode="ray_traced", samples=4, frames=4, motion_rejection=False)
     first = Tracer(Geometry(shapes.scene([plate, lid], [lamp])))
     history = baked(first, view, settings)[2]
     second = Tracer(Geometry(shapes.scene([plate, moved_mesh(lid, (0.35, 0, 0))], [lamp])))
@@ -308,6 +308,36 @@ def test_history_is_carried_to_where_things_went():
     uncovered = ~on_lid & (x > -0.45) & (x < -0.25) & (np.abs(buffer.position[..., 1]) < 0.4)
     assert uncovered.any() and np.isclose(count[uncovered], 1).mean() > 0.9
     assert np.isclose(count[~on_lid & (x < -1)], 5).all()
+
+
+def test_what_moves_may_forget():
+    """With rejection a plate that moves starts anew; what stands still keeps all, also before a camera that moves."""
+    plate, lid = shapes.plate(0, 2), shapes.plate(0.5, 0.5, name="lid")
+    view = camera((0, -0.01, 5), (0, 0, 0), 40, (48, 48))
+    settings = replace(RAW, mode="ray_traced", samples=4, frames=4)
+    history = baked(Tracer(Geometry(shapes.scene([plate, lid]))), view, settings)[2]
+    moved = replace(view, matrix=view.matrix + np.pad([[0.1], [0.05], [0]], ((0, 1), (3, 0))))
+    once = replace(settings, frames=1, samples=1)
+    for lid_now, on_camera, passes in ((lid, moved, 5), (moved_mesh(lid, (0.02, 0, 0)), view, 1)):
+        now = Tracer(Geometry(shapes.scene([plate, lid_now])))
+        later = baked(now, on_camera, once, history=history)[2]
+        at = later.buffer.position
+        assert np.isclose(later.count[at[..., 2] > 0.4], passes).all()
+        open_floor = (at[..., 2] < 0.1) & (np.abs(at[..., :2]).max(-1) > 0.7) & (np.abs(at[..., :2]).max(-1) < 1.2)
+        assert open_floor.any() and np.isclose(later.count[open_floor], 5).all()
+
+
+def test_filtering_at_half_resolution_keeps_light_and_takes_noise(traced):
+    noisy, surface, _ = baked(CORNER, VIEW, replace(RAW, mode="ray_traced"))
+    error = {}
+    for half in (False, True):
+        more = {"denoise": "bilateral", "radius": 0.3, "half_filter": half}
+        found = baked(CORNER, VIEW, replace(RAW, mode="ray_traced", **more))[0]
+        error[half] = metrics.relmse(found[surface], traced[1][surface])
+        assert found.shape == noisy.shape and abs(metrics.bias(found[surface], traced[1][surface])) < 0.02
+    assert error[False] != error[True] and max(error.values()) < 0.5 * metrics.relmse(
+        noisy[surface], traced[1][surface]
+    )
 
 
 def test_light_at_points_and_how_surely_it_was_seen():
