@@ -19,15 +19,20 @@ _BIAS, _LEAST_SLANT = np.float32(1e-3), np.float32(1e-2)
 _FAR_OFF = np.float32(4)
 
 
-def rays_of(place, normal, face, points, seed: int):
-    """Directions from each point, k of them, and which of them leave the surface.
+def rays_of(place, normal, face, points, seed: int, rows=None):
+    """Directions of the rays from each point, k of them, that leave the surface, and which of all they are.
 
     place: (n,) int, by which each point's sequence is shifted. normal, face: (n, 3) float32. points: (k, 2) float32 of
-    the unit square. Returns (n · k, 3) float32, and rows (m,) int64 of those that leave.
+    the unit square. rows: of those that are wanted, all of which leave; None for all that do.
+    Returns (m, 3) float32, and rows (m,) int64 of n · k.
     """
-    k = len(points)
-    direction = cosine_hemisphere(np.repeat(normal, k, 0), rotated(points, place, seed).reshape(-1, 2))
-    return direction, np.flatnonzero(dot(direction, np.repeat(face, k, 0)) > 0)
+    k, every = len(points), rows is None
+    rows = np.arange(len(place) * k) if every else rows
+    direction = cosine_hemisphere(normal[rows // k], rotated(points, place, seed).reshape(-1, 2)[rows])
+    if every:
+        rows = np.flatnonzero(dot(direction, face[rows // k]) > 0)
+        direction = direction[rows]
+    return direction, rows
 
 
 def screen_trace(
@@ -46,8 +51,8 @@ def screen_trace(
     k, depth = len(points), depth.ravel()
     position, normal, face = (a.reshape(-1, 3) for a in (position, normal, face))
     direction, rows = rays_of(place, normal[pixels], face[pixels], points, seed)
-    out = np.full(len(direction), NO_RAY, np.int32)
-    pixel, direction = pixels[rows // k], direction[rows]
+    out = np.full(len(pixels) * k, NO_RAY, np.int32)
+    pixel = pixels[rows // k]
     here = position[pixel]
     row, column = np.divmod(pixel, screen.shape[1])
     z = depth[pixel] * (1 - _BIAS / np.maximum(dot(normal[pixel], screen.towards(here)), _LEAST_SLANT))

@@ -63,27 +63,28 @@ def traced():
     [
         {"mode": "screen_space", "steps": 256},
         {"mode": "screen_space", "steps": 256, "bounces": 3},
-        {"mode": "screen_space", "steps": 256, "full_resolution": False, "samples": 128},
-        {"mode": "screen_space", "steps": 32, "tracer": "bitmask"},
+        {"mode": "screen_space", "steps": 256, "full_resolution": False, "samples": 512},
+        {"mode": "screen_space", "steps": 24, "tracer": "bitmask", "samples": 64},
         {"mode": "mixed"},
         {"mode": "mixed", "bounces": 3},
     ],
 )
 def test_where_all_is_on_the_screen_the_screen_is_enough(traced, more):
-    radiance, surface, _ = baked(CORNER, VIEW, replace(RAW, **more))
+    radiance, surface, _ = baked(CORNER, VIEW, replace(RAW, **{"samples": 256} | more))
     if radiance.shape != traced[1].shape:
         surface = surface & np.isfinite(radiance).all(-1)
         reference = traced[more.get("bounces", 1)][::2, ::2]
     else:
         reference = traced[more.get("bounces", 1)]
-    assert abs(metrics.bias(radiance[surface], reference[surface])) < 0.03
-    # Not only on the whole: left, right and bottom, and near the corner.
-    h, w = surface.shape
-    for rows in (slice(0, h // 2), slice(h // 2, h)):
-        for columns in (slice(0, w // 2), slice(w // 2, w)):
-            part = surface[rows, columns]
-            ours, theirs = (a[rows, columns][part] for a in (radiance, reference))
-            assert abs(metrics.bias(ours, theirs)) < 0.04
+    # Not only on the whole: left, right and bottom, in the creases and at the rims.
+    side = surface.shape[0] // 8
+
+    def blocks(image):
+        return (image * surface).reshape(8, side, 8, side).sum((1, 3))
+
+    full = blocks(np.ones(surface.shape)) > side * side / 4
+    off = blocks((radiance - reference).mean(-1)) / np.maximum(blocks(reference.mean(-1)), 1e-9)
+    assert full.sum() > 30 and np.abs(off[full]).max() < 0.03, np.round(100 * off * full, 1)
 
 
 def test_the_error_falls_with_the_samples():
