@@ -1,13 +1,12 @@
 // SPDX-FileCopyrightText: 2026 GI Bake authors
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// One ray through the depth of an image; see depth_march.py. Integers width, height, steps, top; floats near_, back;
-// cells: of march_cells.glsl, so that each step reads once.
+// One ray through the depth of an image; see depth_march.py. Integers width, height, steps, top, sure; floats near_,
+// back; cells: of march_cells.glsl, so that each step reads once.
 
 float past_edge(float position, float reciprocal)
 {
-  float sign_ = reciprocal > 0.0 ? 1.0 : -1.0;
-  return position + sign_ * clamp(sign_ * (roundEven(position) - position) + 0.000244140625, 0.0, 0.000244140625);
+  return position + (reciprocal > 0.0 ? 0.000244140625 : -0.000244140625);
 }
 
 float off_axis(float x)
@@ -56,7 +55,7 @@ ivec2 marched(vec3 o, vec3 direction)
     bool crosses = crossing >= t && crossing <= wall;
     bool enters = crosses && !under && closing > 0.0;
     bool inside = under && z <= ground * back;
-    bool ends = fine && ((inside && below) || (under && !inside && crosses));
+    bool ends = fine && ((inside && below) || (under && !inside && crosses) || (under && sure == 1));
     if (fine && under) {
       hidden = 1;
     }

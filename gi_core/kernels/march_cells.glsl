@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 GI Bake authors
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// What a march reads in one place: a pixel's depth and slope, then the levels above the finest.
+// What a march reads at one texel; see march_cells.py.
 
 void kernel(int i)
 {

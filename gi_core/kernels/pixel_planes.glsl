@@ -28,5 +28,5 @@ void kernel(int i)
   float ground = parallel == 1 ? z : -1.0 / z;
   set_ground(i, ground);
   set_slope(i, slope);
-  set_nearest(i, ground - (abs(slope.x) + abs(slope.y)) / 2.0);
+  set_nearest(i, ground - (abs(slope.x) + abs(slope.y)) / 2.0 - 1.9073486328125e-6 * abs(ground));
 }

@@ -33,11 +33,12 @@ void kernel(int i)
 #if CERTAIN
     vec3 at = position(found.x);
     vec3 past = at - here;
-    past -= dot(past, way) * way;
+    float along = dot(past, way);
+    past -= along * way;
     vec3 back_ = at - axes(3);
     float slant = abs(dot(facing, parallel == 1 ? ahead : back_ / sqrt(dot(back_, back_))));
     float size = parallel == 1 ? footprint : depth(found.x) * footprint;
-    kept = kept && found.y == 0 && sqrt(dot(past, past)) * slant <= size;
+    kept = kept && found.y == 0 && sqrt(dot(past, past)) * slant <= size && along * slant >= 4.0 * size;
 #endif
 #if VALID
     kept = kept && valid(found.x) > 0.0;

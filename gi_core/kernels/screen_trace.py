@@ -7,7 +7,7 @@ import numpy as np
 
 from ..sampling import cosine_hemisphere, rotated, signed
 from ..vectors import dot, length
-from .depth_march import depth_march, march_inputs
+from .depth_march import depth_march
 
 # What a ray found that is none, since it starts under the surface, and one that met nothing on the screen.
 NO_RAY, MISSED = -2, -1
@@ -15,16 +15,24 @@ NO_RAY, MISSED = -2, -1
 # The start bias as a share of the distance, and the slant at which it stops growing.
 _BIAS, _LEAST_SLANT = np.float32(1e-3), np.float32(1e-2)
 
+# How far off a pixel has to be, in its own size on the surface, to be one point to a ray.
+_FAR_OFF = np.float32(4)
 
-def rays_of(place, normal, face, points, seed: int):
-    """Directions from each point, k of them, and which of them leave the surface.
+
+def rays_of(place, normal, face, points, seed: int, rows=None):
+    """Directions of the rays from each point, k of them, that leave the surface, and which of all they are.
 
     place: (n,) int, by which each point's sequence is shifted. normal, face: (n, 3) float32. points: (k, 2) float32 of
-    the unit square. Returns (n · k, 3) float32, and rows (m,) int64 of those that leave.
+    the unit square. rows: of those that are wanted, all of which leave; None for all that do.
+    Returns (m, 3) float32, and rows (m,) int64 of n · k.
     """
-    k = len(points)
-    direction = cosine_hemisphere(np.repeat(normal, k, 0), rotated(points, place, seed).reshape(-1, 2))
-    return direction, np.flatnonzero(dot(direction, np.repeat(face, k, 0)) > 0)
+    k, every = len(points), rows is None
+    rows = np.arange(len(place) * k) if every else rows
+    direction = cosine_hemisphere(normal[rows // k], rotated(points, place, seed).reshape(-1, 2)[rows])
+    if every:
+        rows = np.flatnonzero(dot(direction, face[rows // k]) > 0)
+        direction = direction[rows]
+    return direction, rows
 
 
 def screen_trace(
@@ -36,32 +44,38 @@ def screen_trace(
     pixels: (n,) int32, of the screen. place: (n,) int, by which each one's sequence is shifted. valid: (h · w,) bool,
     pixels that may be met; None for all. depth: (h, w) [m], position, normal, face: (h, w, 3) float32. march: the
     DepthMap. points: (k, 2) float32 of the unit square. screen: the camera's. back, steps: of `depth_march`.
-    certain: only hits in sight all the way, on the very surface that the pixel shows.
+    certain: only hits in sight all the way, on the very surface that the pixel shows, and not so near that the pixel's
+    size counts.
     Returns (n · k,) int32: pixels, MISSED or NO_RAY.
     """
     k, depth = len(points), depth.ravel()
     position, normal, face = (a.reshape(-1, 3) for a in (position, normal, face))
     direction, rows = rays_of(place, normal[pixels], face[pixels], points, seed)
-    out = np.full(len(direction), NO_RAY, np.int32)
-    pixel, direction = pixels[rows // k], direction[rows]
+    out = np.full(len(pixels) * k, NO_RAY, np.int32)
+    pixel = pixels[rows // k]
     here = position[pixel]
     row, column = np.divmod(pixel, screen.shape[1])
     z = depth[pixel] * (1 - _BIAS / np.maximum(dot(normal[pixel], screen.towards(here)), _LEAST_SLANT))
     start = np.stack([column + np.float32(0.5), row + np.float32(0.5), screen.device(z)], -1).astype(np.float32)
     way = screen.march(here, direction).astype(np.float32)
     near = screen.device(screen.camera.clip[0])
-    hit, hidden = depth_march(start, way, march.depth, march.slope, march.pyramid, march.table, near, back, steps)
+    hit, hidden = depth_march(start, way, march.cells, march.table, near, back, steps, certain)
+    out[rows] = MISSED
+    kept = np.flatnonzero((hit >= 0) & ~hidden if certain else hit >= 0)
+    rows, hit, here, direction = rows[kept], hit[kept], here[kept], direction[kept]
     facing = face[hit]
     # A surface turned away shows the eye another side than the one that the ray meets.
-    kept = (hit >= 0) & (dot(facing, direction) < 0)
+    good = dot(facing, direction) < 0
     if certain:
         d = position[hit] - here
-        off = length(d - dot(d, direction)[:, None] * direction)
+        along = dot(d, direction)
+        off = length(d - along[:, None] * direction)
         slant = np.abs(dot(facing, screen.towards(position[hit])))
-        kept &= ~hidden & (off * slant <= screen.footprint(np.where(hit >= 0, depth[hit], 1)))
+        size = screen.footprint(depth[hit])
+        good &= (off * slant <= size) & (along * slant >= _FAR_OFF * size)
     if valid is not None:
-        kept &= valid[hit]
-    out[rows] = np.where(kept, hit, MISSED)
+        good &= valid[hit]
+    out[rows[good]] = hit[good]
     return out
 
 
@@ -75,14 +89,13 @@ def screen_trace_on_gpu(
     inputs = {
         "pixels": (pixels, 1), "place": (place, 1), "depth": (depth, 1), "position": (position, 3),
         "normal": (normal, 3), "face": (face, 3), "points": (points, 2),
-        "axes": (screen.frame, 3),
-        **march_inputs(gpu, march.depth, march.slope, march.pyramid),
+        "axes": (screen.frame, 3), "cells": (march.cells, 3),
     }  # fmt: skip
     unit_x, unit_y = screen.pixels_per_unit
     gpu.dispatch(
         "screen_trace", n * k, inputs if valid is None else {**inputs, "valid": (valid, 1)}, {"hit": hit},
         integers={"width": w, "height": h, "steps": steps, "top": len(march.table) - 1,
-                  "parallel": screen.parallel, "seed": signed(seed)},
+                  "parallel": screen.parallel, "seed": signed(seed), "sure": certain},
         floats={"near_": screen.device(screen.camera.clip[0]), "back": back, "unit_x": unit_x, "unit_y": unit_y,
                 "footprint": screen.footprint(np.ones(1, np.float32))[0]},
         defines={"RAYS": k, "CERTAIN": int(certain), "VALID": int(valid is not None)},

@@ -13,11 +13,13 @@ void kernel(int i)
     n += weight[k] * history_count(int(tap[k]));
     earlier += weight[k] * history(int(tap[k]));
   }
-  float factor = n / (n + 1.0);
+  n = max(n - float(skipped), 0.0);
+  float added = float(1 + skipped);
+  float factor = n / (n + added);
   if (hdrp == 1) {
     factor = n >= 8.0 ? 0.93 : factor;
     n = min(n, 7.0);
   }
   set_mixed(i, value(i) * (1.0 - factor) + earlier * factor);
-  set_count(i, n + 1.0);
+  set_count(i, n + added);
 }

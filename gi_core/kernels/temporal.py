@@ -63,29 +63,31 @@ def history_taps_on_gpu(gpu, before, expected, normal, footprint, slant, positio
     return taps, weights
 
 
-def temporal(value, history, history_count, taps, weights, hdrp: bool = False):
+def temporal(value, history, history_count, taps, weights, hdrp: bool = False, skipped: int = 0):
     """Values with their history.
 
     value: (n, c) float32, of this frame. history: (h, w, c), history_count: (h, w) float32, how many frames are in it.
-    taps, weights: (n, 4) of `history_taps`.
+    taps, weights: (n, 4) of `history_taps`. skipped: frames that are counted but not in it, for which the value stands
+    too; none with `hdrp`.
     Returns (n, c) float32 and the new count (n,) float32.
     """
-    n = np.einsum("nk,nk->n", weights, history_count.ravel()[taps])
+    n = np.maximum(np.einsum("nk,nk->n", weights, history_count.ravel()[taps]) - np.float32(skipped), 0)
     mixed = np.zeros_like(value)
     for k in range(4):
         mixed += weights[:, k, None] * history.reshape(-1, value.shape[1])[taps[:, k]]
-    factor = n / (n + 1)
+    added = np.float32(1 + skipped)
+    factor = n / (n + added)
     if hdrp:
         factor = np.where(n >= _HDRP_COUNT, _HDRP_FACTOR, factor)
         n = np.minimum(n, _HDRP_COUNT - 1)
     factor = factor[:, None].astype(np.float32)
-    return value * (1 - factor) + mixed * factor, n + 1
+    return value * (1 - factor) + mixed * factor, n + added
 
 
-def temporal_on_gpu(gpu, value, history, history_count, taps, weights, hdrp: bool = False):
+def temporal_on_gpu(gpu, value, history, history_count, taps, weights, hdrp: bool = False, skipped: int = 0):
     n, c = value.shape
     mixed, count = gpu.empty((n, c), c), gpu.empty((n,), 1)
     inputs = {"value": (value, c), "history": (history, c), "history_count": (history_count, 1), "taps": (taps, 4),
               "weights": (weights, 4)}  # fmt: skip
-    gpu.dispatch("temporal", n, inputs, {"mixed": mixed, "count": count}, integers={"hdrp": hdrp}, steps=4)
+    gpu.dispatch("temporal", n, inputs, {"mixed": mixed, "count": count}, {"hdrp": hdrp, "skipped": skipped}, steps=4)
     return mixed, count

@@ -14,6 +14,7 @@ from ..direct import lamps, surroundings
 from ..geometry import Geometry
 from ..images import spread
 from ..kernels.depth_pyramid import depth_pyramid
+from ..kernels.march_cells import march_cells
 from ..kernels.pixel_planes import pixel_planes
 from ..sampling import Samples
 from ..surfels import Surfels
@@ -124,13 +125,10 @@ def direct_light(tracer: Tracer, buffer: GBuffer, light_samples: int, samples: i
 class DepthMap:
     """What rays are marched through, where kernels run.
 
-    depth: (h, w) float32 device depth, NOTHING where no surface is. slope: (h, w, 2) float32. pyramid, table: of
-    `depth_pyramid`.
+    cells: of `march_cells`, table: of `depth_pyramid`.
     """
 
-    depth: np.ndarray
-    slope: np.ndarray
-    pyramid: np.ndarray
+    cells: np.ndarray
     table: np.ndarray
 
 
@@ -146,8 +144,8 @@ def depth_map(buffer: GBuffer, device: Device = NUMPY) -> Iterator[float]:
         return device.run(pixel_planes, depth[part], position[part], face[part], buffer.screen)
 
     depth, slope, nearest = yield from device.each(tile, h * w, _PIXELS)
-    levels = device.run(depth_pyramid, nearest.reshape(h, w), LEVELS)
-    return DepthMap(depth.reshape(h, w), slope.reshape(h, w, 2), *levels)
+    pyramid, table = device.run(depth_pyramid, nearest.reshape(h, w), LEVELS)
+    return DepthMap(device.run(march_cells, depth.reshape(h, w), slope.reshape(h, w, 2), pyramid), table)
 
 
 def before(buffer: GBuffer, earlier: GBuffer) -> tuple[np.ndarray, np.ndarray]:

@@ -215,17 +215,16 @@ def _elsewhere(search: Search, hit: np.ndarray | None, number: int) -> Iterator[
 
     def tile(part: slice):
         here, n = points[part], part.stop - part.start
-        direction, rows = rays_of(here.place, here.normal, here.face, sequence, search.settings.seed)
         of_part = met[part.start * rays : part.stop * rays]
+        rows = None if hit is None else np.flatnonzero(of_part == MISSED)
+        direction, rows = rays_of(here.place, here.normal, here.face, sequence, search.settings.seed, rows)
         if traced:
             of_part[rows] = MISSED
-        elif hit is not None:
-            rows = rows[of_part[rows] == MISSED]
         # A place of its own for each ray, so that what it meets draws samples of its own.
         leaving = here[rows // rays]
         leaving = replace(leaving, place=leaving.place * rays + rows % rays)
         light = np.zeros((n * rays, search.levels, 3), np.float32)
-        light[rows] = clamped(_arriving(search, leaving, direction[rows], number), search.settings.clamp)
+        light[rows] = clamped(_arriving(search, leaving, direction, number), search.settings.clamp)
         rest[part] = light.reshape(n, rays, -1, 3).mean(1)
 
     yield from tiles.run(tile, tiles.slices(len(points), max(1, _RAYS // rays)))

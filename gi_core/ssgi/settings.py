@@ -7,11 +7,19 @@ from dataclasses import dataclass, replace
 from ..settings import Settings, setting
 
 FALLBACKS = ("none", "sky", "probes", "both")
-PRESETS = {
-    "custom": {},
-    "low": {"steps": 32, "radius": 0.75},
-    "medium": {"steps": 64, "radius": 0.5},
-    "high": {"steps": 128, "radius": 0.5},
+QUALITIES = ("custom", "low", "medium", "high")
+
+# HDRP's, of mode screen_space and of those with rays through the scene. What it has there besides, a clamp of 2, 3 and
+# 5 and rays of 50 m, depends on a scene's exposure and scale.
+ON_SCREEN = {
+    "low": {"steps": 32, "radius": 0.75, "half_filter": True, "second_pass": True},
+    "medium": {"steps": 64, "radius": 0.5, "half_filter": False, "second_pass": True},
+    "high": {"steps": 128, "radius": 0.5, "half_filter": False, "second_pass": True},
+}
+BY_RAYS = {
+    "low": {"mixed_steps": 32, "full_resolution": False, "radius": 1.0, "half_filter": True, "second_pass": True},
+    "medium": {"mixed_steps": 48, "full_resolution": False, "radius": 1.0, "half_filter": False, "second_pass": True},
+    "high": {"mixed_steps": 64, "full_resolution": True, "radius": 1.0, "half_filter": False, "second_pass": True},
 }
 
 
@@ -32,9 +40,8 @@ class SsgiSettings(Settings):
     )
     quality: str = setting(
         "custom",
-        "Steps and radius as HDRP's presets have them: low 32 and 0.75, medium 64 and 0.5, high 128 and 0.5; custom "
-        "takes the settings' own",
-        choices=tuple(PRESETS),
+        "Steps, resolution and filters as HDRP's presets have them for the mode; custom takes the settings' own",
+        choices=QUALITIES,
     )
     steps: int = setting(64, "Steps of a ray on the screen, or of a scan to either side", low=1, high=1024)
     mixed_steps: int = setting(48, "Steps of a ray on the screen in mode mixed, before the scene", low=1, high=1024)
@@ -81,9 +88,13 @@ class SsgiSettings(Settings):
         "How passes and pictures add up: to their true mean, or with HDRP's memory of some 28 passes",
         choices=("mean", "hdrp"),
     )
+    motion_rejection: bool = setting(
+        True, "Things that move or bend forget earlier pictures' light: less of a trail, more noise on them"
+    )
     radius: float = setting(
         0.5, "Radius of the diffuse filter; on the screen it is about a fifth of it [m] at a metre", low=0.0, high=10.0
     )
+    half_filter: bool = setting(False, "Filters at one of four pixels, with a quarter of the points, and filters up")
     second_pass: bool = setting(True, "Filters a second time, with half the radius")
     weights: str = setting(
         "exact",
@@ -100,7 +111,8 @@ class SsgiSettings(Settings):
     @property
     def preset(self) -> "SsgiSettings":
         """The settings with those of the preset in place."""
-        return replace(self, **PRESETS[self.quality])
+        presets = ON_SCREEN if self.mode == "screen_space" else BY_RAYS
+        return replace(self, **presets.get(self.quality, {}))
 
     @property
     def wants_probes(self) -> bool:

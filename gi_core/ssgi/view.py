@@ -22,7 +22,7 @@ class History:
     buffer: what was seen. levels: for each bounce (h, w, 3) float32, mean radiance E/π so far. filtered: (h, w, 3) the
         same after the first diffuse filter, of the last bounce. count: (h, w) float32 passes in them.
     picture: (H, W, 3) float32, radiance that surfaces reflect, at full resolution. full: what was seen there.
-    passes: how many there were.
+    passes: how many there were. behind: of those, the last ones that are in neither `filtered` nor `picture`.
     """
 
     buffer: GBuffer
@@ -32,6 +32,7 @@ class History:
     picture: np.ndarray
     full: GBuffer
     passes: int
+    behind: int = 0
 
     def of(self, device: Device) -> "History":
         """The same, out of the device."""

@@ -12,6 +12,7 @@ from gi_bake.gi_core.kernels.depth_pyramid import NOTHING, depth_pyramid
 from gi_bake.gi_core.kernels.diffuse_filter import diffuse_filter
 from gi_bake.gi_core.kernels.hit_light import hit_light
 from gi_bake.gi_core.kernels.horizon_scan import horizon_scan
+from gi_bake.gi_core.kernels.march_cells import march_cells
 from gi_bake.gi_core.kernels.reflected import reflected
 from gi_bake.gi_core.kernels.reproject import reproject
 from gi_bake.gi_core.kernels.scan_light import scan_light
@@ -87,10 +88,17 @@ def test_the_march(gpu, n):
     direction = (rng.normal(0, 1, (n, 3)) * (1, 1, 0.02)).astype(np.float32)
     direction[: n // 10, 0] = 0
     pyramid, table = depth_pyramid(nearest, 7)
-    hit, _ = depth_march(origin, direction, device, slope, pyramid, table, -2.0, 1 / 1.1, 256)
+    cells = march_cells(device, slope, pyramid)
+    hit, _ = depth_march(origin, direction, cells, table, -2.0, 1 / 1.1, 256)
     assert n < 100 or 0.1 * n < np.count_nonzero(hit >= 0) < 0.9 * n
-    for steps in (5, 256):
-        mostly(gpu, depth_march, origin, direction, device, slope, pyramid, table, -2.0, 1 / 1.1, steps)
+    for steps, sure in ((5, False), (256, False), (256, True)):
+        mostly(gpu, depth_march, origin, direction, cells, table, -2.0, 1 / 1.1, steps, sure)
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_what_a_march_reads(same, size):
+    depth, slope = random(*size), random(*size, 2, seed=1)
+    same(march_cells, depth, slope, depth_pyramid(depth, 7)[0])
 
 
 @pytest.mark.parametrize("n", LENGTHS)
@@ -127,7 +135,8 @@ def test_the_temporal_filter(same, n, hdrp):
     weights = random(n, 4) * (random(n, 1, seed=3) > 0.2)
     weights /= np.maximum(weights.sum(-1, keepdims=True), np.float32(1e-9))
     count = np.floor(random(h, w, seed=1) * 12).astype(np.float32)
-    same(temporal, random(n, 3), random(h, w, 3), count, taps, weights, hdrp)
+    for skipped in (0,) if hdrp else (0, 4):
+        same(temporal, random(n, 3), random(h, w, 3), count, taps, weights, hdrp, skipped)
 
 
 @pytest.mark.parametrize("n", LENGTHS)

@@ -33,6 +33,7 @@ def test_each_pass_is_a_layer_where_that_is_asked_for(cornell, tmp_path, full):
     result = baked(cornell, resolution=33, settings=settings)
     seen = {"Lit", "Face", "Motion", "Hit", "Missed"}
     names = seen | {"Traced", "Accumulated", "Filtered", "Accumulated again", "Passes"}
+    assert not any(name == "SSGI Sure" for name in result.layers)
     export(result, tmp_path, "ViewLayer")
     layers = exr.read_layers(tmp_path / "image.exr")
     assert {f"SSGI {name}" for name in names} <= set(layers)
@@ -44,6 +45,8 @@ def test_each_pass_is_a_layer_where_that_is_asked_for(cornell, tmp_path, full):
     # A camera that stands still: nothing moves.
     assert np.nanmax(np.abs(layers["SSGI Motion"])) < 1e-2
     assert not any(name.startswith("SSGI") for name in baked(cornell, resolution=16, settings=QUICK).layers)
+    sure = baked(cornell, resolution=33, settings=replace(settings, mode="mixed")).layers["SSGI Sure"]
+    assert sure.shape == (33, 33) and 0.1 < sure.mean() < 0.9
 
 
 def test_vertices_and_texels_of_what_cameras_saw(cornell):
@@ -63,9 +66,7 @@ def test_vertices_and_texels_of_what_cameras_saw(cornell):
     bpy.ops.object.camera_add(location=(-0.9, 0.95, 1.9), rotation=(0.7, 0, 3.6))
     bpy.context.object.data.angle = 1.6
     bpy.context.object.name = "Behind"
-    both = baked(
-        cornell, target="vertices", objects=names, settings=replace(QUICK, cameras="Camera, Behind")
-    )
+    both = baked(cornell, target="vertices", objects=names, settings=replace(QUICK, cameras="Camera, Behind"))
     assert both.light["Tall box"].coverage.sum() > coverage.sum() + 0.5
     store(both, cornell[0])
     attribute = bpy.data.objects["Tall box"].data.attributes["gi_coverage"]
@@ -86,6 +87,17 @@ def test_what_cannot_be_is_refused(cornell):
 
 
 def test_presets_are_hdrps():
-    values = {q: (s.steps, s.radius) for q in ("low", "medium", "high") for s in [SsgiSettings(quality=q).preset]}
-    assert values == {"low": (32, 0.75), "medium": (64, 0.5), "high": (128, 0.5)}
-    assert SsgiSettings(steps=7).preset.steps == 7
+    def of(mode, *names):
+        presets = [SsgiSettings(quality=q, mode=mode, second_pass=False).preset for q in ("low", "medium", "high")]
+        return [tuple(getattr(s, name) for s in presets) for name in names]
+
+    names = "radius", "half_filter", "second_pass"
+    assert of("screen_space", "steps", *names) == [
+        (32, 64, 128), (0.75, 0.5, 0.5), (True, False, False), (True, True, True),
+    ]  # fmt: skip
+    for mode in ("mixed", "ray_traced"):
+        assert of(mode, "mixed_steps", "full_resolution", *names) == [
+            (32, 48, 64), (False, False, True), (1, 1, 1), (True, False, False), (True, True, True),
+        ]  # fmt: skip
+    own = SsgiSettings(steps=7, radius=0.3, full_resolution=False)
+    assert own.preset == own

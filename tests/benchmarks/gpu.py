@@ -113,7 +113,7 @@ def on_screen(geometry: Geometry, camera) -> dict[str, Case]:
 
     def filtered(device):
         there, history = started(device)
-        return lambda: pipeline._filtered(there, history.filtered, settings, 0)
+        return lambda: pipeline._filtered(there, history.filtered, settings, range(1))
 
     def upsampled(device):
         there = inputs(device, replace(settings, full_resolution=False))

@@ -10,10 +10,13 @@ import pytest
 from gi_bake.gi_core import metrics, ssgi, surfels, tiles
 from gi_bake.gi_core.geometry import Geometry
 from gi_bake.gi_core.scene import Camera, Environment
-from gi_bake.gi_core.ssgi.frame import before, depth_map, g_buffer, matching
+from gi_bake.gi_core.ssgi import pipeline
+from gi_bake.gi_core.ssgi.frame import before, depth_map, direct_light, g_buffer, matching
 from gi_bake.gi_core.ssgi.probes import bake_probes, unseen
 from gi_bake.gi_core.ssgi.screen import Screen
+from gi_bake.gi_core.ssgi.search import Search, searched
 from gi_bake.gi_core.ssgi.settings import SsgiSettings
+from gi_bake.gi_core.ssgi.sure import sure_pixels
 from gi_bake.gi_core.trace import Tracer
 from gi_bake.tests import shapes
 
@@ -60,27 +63,28 @@ def traced():
     [
         {"mode": "screen_space", "steps": 256},
         {"mode": "screen_space", "steps": 256, "bounces": 3},
-        {"mode": "screen_space", "steps": 256, "full_resolution": False, "samples": 128},
-        {"mode": "screen_space", "steps": 32, "tracer": "bitmask"},
+        {"mode": "screen_space", "steps": 256, "full_resolution": False, "samples": 512},
+        {"mode": "screen_space", "steps": 24, "tracer": "bitmask", "samples": 64},
         {"mode": "mixed"},
         {"mode": "mixed", "bounces": 3},
     ],
 )
 def test_where_all_is_on_the_screen_the_screen_is_enough(traced, more):
-    radiance, surface, _ = baked(CORNER, VIEW, replace(RAW, **more))
+    radiance, surface, _ = baked(CORNER, VIEW, replace(RAW, **{"samples": 256} | more))
     if radiance.shape != traced[1].shape:
         surface = surface & np.isfinite(radiance).all(-1)
         reference = traced[more.get("bounces", 1)][::2, ::2]
     else:
         reference = traced[more.get("bounces", 1)]
-    assert abs(metrics.bias(radiance[surface], reference[surface])) < 0.03
-    # Not only on the whole: left, right and bottom, and near the corner.
-    h, w = surface.shape
-    for rows in (slice(0, h // 2), slice(h // 2, h)):
-        for columns in (slice(0, w // 2), slice(w // 2, w)):
-            part = surface[rows, columns]
-            ours, theirs = (a[rows, columns][part] for a in (radiance, reference))
-            assert abs(metrics.bias(ours, theirs)) < 0.04
+    # Not only on the whole: left, right and bottom, in the creases and at the rims.
+    side = surface.shape[0] // 8
+
+    def blocks(image):
+        return (image * surface).reshape(8, side, 8, side).sum((1, 3))
+
+    full = blocks(np.ones(surface.shape)) > side * side / 4
+    off = blocks((radiance - reference).mean(-1)) / np.maximum(blocks(reference.mean(-1)), 1e-9)
+    assert full.sum() > 30 and np.abs(off[full]).max() < 0.03, np.round(100 * off * full, 1)
 
 
 def test_the_error_falls_with_the_samples():
@@ -151,6 +155,26 @@ def test_the_filters_take_noise_and_keep_light_and_edges(traced):
     error = [metrics.relmse(a[surface], traced[1][surface]) for a in (noisy, clean)]
     assert error[1] < 0.4 * error[0]
     assert abs(metrics.bias(clean[surface], traced[1][surface])) < 0.02
+
+
+def test_filters_run_where_their_result_counts(monkeypatch):
+    """Once over a still, however many passes; in each pass where what they make is fed back or forgotten; and where a
+    picture starts from an earlier one."""
+    runs, filtered = [], pipeline._filtered
+    monkeypatch.setattr(pipeline, "_filtered", lambda *a: runs.append(a[-1]) or filtered(*a))
+    settings = replace(RAW, mode="ray_traced", denoise="bilateral", samples=4)
+    view = replace(VIEW, resolution=(24, 24))
+    _, surface, history = baked(CORNER, view, settings)
+    assert runs == [range(4), None] and history.behind == 0 and (history.count[surface] == 4).all()
+    for more, expected in (
+        ({"feedback": "previous", "mode": "screen_space"}, 8), ({"accumulation": "hdrp"}, 8), ({"frames": 1}, 2),
+    ):  # fmt: skip
+        runs.clear()
+        baked(CORNER, view, replace(settings, **more))
+        assert len(runs) == expected
+    runs.clear()
+    later = baked(CORNER, view, settings, history=history)[2]
+    assert runs == [range(4, 5), None, range(5, 8), None] and (later.count[surface] == 8).all()
 
 
 # A room whose lamp, and most of what it shines on, is behind the camera's back.
@@ -230,11 +254,11 @@ def test_the_screen_is_the_camera(kind):
     steep = np.linalg.norm(direction, axis=-1) > 10
     assert np.allclose(moved[~steep], direction[~steep], atol=0.02)
 
-    depth = tiles.finish(depth_map(buffer))
+    depth, *slope = tiles.finish(depth_map(buffer)).cells[: buffer.depth.size].T.reshape(3, *buffer.depth.shape)
     floor = buffer.surface & (buffer.position[..., 2] < 1e-4)
     pair = floor[:, 1:] & floor[:, :-1]
-    step = np.diff(depth.depth, axis=1)[pair]
-    assert pair.sum() > 20 and np.allclose(step, depth.slope[:, :-1, 0][pair], rtol=0.02, atol=1e-6)
+    step = np.diff(depth, axis=1)[pair]
+    assert pair.sum() > 20 and np.allclose(step, slope[0][:, :-1][pair], rtol=0.02, atol=1e-6)
 
 
 def moved_mesh(mesh, by):
@@ -273,7 +297,7 @@ def test_history_is_carried_to_where_things_went():
     plate, lid = shapes.plate(0, 2), shapes.plate(0.5, 0.5, name="lid")
     lamp = shapes.lamp("POINT", 10, (0, 0, 2))
     view = camera((0, -0.01, 5), (0, 0, 0), 40, (48, 48))
-    settings = replace(RAW, mode="ray_traced", samples=4, frames=4)
+    settings = replace(RAW, mode="ray_traced", samples=4, frames=4, motion_rejection=False)
     first = Tracer(Geometry(shapes.scene([plate, lid], [lamp])))
     history = baked(first, view, settings)[2]
     second = Tracer(Geometry(shapes.scene([plate, moved_mesh(lid, (0.35, 0, 0))], [lamp])))
@@ -285,6 +309,36 @@ def test_history_is_carried_to_where_things_went():
     uncovered = ~on_lid & (x > -0.45) & (x < -0.25) & (np.abs(buffer.position[..., 1]) < 0.4)
     assert uncovered.any() and np.isclose(count[uncovered], 1).mean() > 0.9
     assert np.isclose(count[~on_lid & (x < -1)], 5).all()
+
+
+def test_what_moves_may_forget():
+    """With rejection a plate that moves starts anew; what stands still keeps all, also before a camera that moves."""
+    plate, lid = shapes.plate(0, 2), shapes.plate(0.5, 0.5, name="lid")
+    view = camera((0, -0.01, 5), (0, 0, 0), 40, (48, 48))
+    settings = replace(RAW, mode="ray_traced", samples=4, frames=4)
+    history = baked(Tracer(Geometry(shapes.scene([plate, lid]))), view, settings)[2]
+    moved = replace(view, matrix=view.matrix + np.pad([[0.1], [0.05], [0]], ((0, 1), (3, 0))))
+    once = replace(settings, frames=1, samples=1)
+    for lid_now, on_camera, passes in ((lid, moved, 5), (moved_mesh(lid, (0.02, 0, 0)), view, 1)):
+        now = Tracer(Geometry(shapes.scene([plate, lid_now])))
+        later = baked(now, on_camera, once, history=history)[2]
+        at = later.buffer.position
+        assert np.isclose(later.count[at[..., 2] > 0.4], passes).all()
+        open_floor = (at[..., 2] < 0.1) & (np.abs(at[..., :2]).max(-1) > 0.7) & (np.abs(at[..., :2]).max(-1) < 1.2)
+        assert open_floor.any() and np.isclose(later.count[open_floor], 5).all()
+
+
+def test_filtering_at_half_resolution_keeps_light_and_takes_noise(traced):
+    noisy, surface, _ = baked(CORNER, VIEW, replace(RAW, mode="ray_traced"))
+    error = {}
+    for half in (False, True):
+        more = {"denoise": "bilateral", "radius": 0.3, "half_filter": half}
+        found = baked(CORNER, VIEW, replace(RAW, mode="ray_traced", **more))[0]
+        error[half] = metrics.relmse(found[surface], traced[1][surface])
+        assert found.shape == noisy.shape and abs(metrics.bias(found[surface], traced[1][surface])) < 0.02
+    assert error[False] != error[True] and max(error.values()) < 0.5 * metrics.relmse(
+        noisy[surface], traced[1][surface]
+    )
 
 
 def test_light_at_points_and_how_surely_it_was_seen():
@@ -299,3 +353,44 @@ def test_light_at_points_and_how_surely_it_was_seen():
     behind = replace(points[:5], position=points[:5].position + np.float32(10))
     for hidden in (below, behind):
         assert (tiles.finish(ssgi.seen([view], hidden))[1] < 0.01).all()
+
+
+def test_pixels_are_sure_where_their_neighbours_are_alike():
+    """Against plain loops, over a picture with silhouettes, a crease, a shadow's edge and background."""
+    lid = shapes.plate(0.4, 0.25, name="lid", center=(0.5, 0.5))
+    wall = shapes.quad((0, 0, 0), (0, 1, 0), (0, 1, 1), (0, 0, 1), "wall")
+    tracer = shapes.tracer([shapes.plate(0, 1, center=(1, 1)), lid, wall], [shapes.lamp("POINT", 10, (0.7, 0.6, 2))])
+    full = tiles.finish(g_buffer(tracer, Screen(camera((3, 2.5, 3), (0.5, 0.5, 0.1), 30, (31, 22)))))
+    light = full.albedo * tiles.finish(direct_light(tracer, full, 1, 1, 0))
+    sure, (h, w) = sure_pixels(full, light), full.surface.shape
+    for y in range(h):
+        for x in range(w):
+            expected = full.surface[y, x]
+            for j, i in np.argwhere(np.ones((3, 3))) - 1 + (y, x):
+                if (j, i) == (y, x) or not (0 <= j < h and 0 <= i < w):
+                    continue
+                apart = full.position[j, i] - full.position[y, x]
+                off = max(abs(apart @ full.face[y, x]), abs(apart @ full.face[j, i]))
+                less, more = sorted((light[y, x].max(), light[j, i].max()))
+                flat = full.surface[j, i] and off <= 0.25 * np.linalg.norm(apart)
+                expected &= flat and more - less <= 0.3 * less + 1e-4 * light.max(-1).mean()
+            assert sure[y, x] == expected
+    assert 0.2 < sure.mean() < 0.9 and not sure[~full.surface].any()
+
+
+def test_a_pixel_is_met_from_afar_only():
+    """Mixed leaves to the tracer what is so near that the pixels that show it have a size."""
+    view = replace(VIEW, resolution=(48, 48))
+    full = tiles.finish(g_buffer(CORNER, Screen(view)))
+    found = {}
+    for mode in ("screen_space", "mixed"):
+        search = Search(CORNER, full, full, replace(RAW, mode=mode, samples=8, frames=1, mixed_steps=64), None)
+        hit = tiles.finish(searched(search, None, 0)).hit.reshape(-1, 8)
+        rows = np.nonzero(hit >= 0)
+        there = hit[rows]
+        size = full.screen.footprint(full.depth.ravel()[there])
+        view_ray = full.screen.towards(full.position.reshape(-1, 3)[there])
+        size = size / np.abs(np.sum(full.face.reshape(-1, 3)[there] * view_ray, -1))
+        away = full.position.reshape(-1, 3)[there] - full.position.reshape(-1, 3)[search.places[rows[0]]]
+        found[mode] = np.linalg.norm(away, axis=-1) / size
+    assert found["screen_space"].min() < 3 and found["mixed"].min() > 3.9 and len(found["mixed"]) > 1000

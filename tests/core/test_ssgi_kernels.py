@@ -13,6 +13,7 @@ from gi_bake.gi_core.kernels.depth_march import depth_march
 from gi_bake.gi_core.kernels.depth_pyramid import NOTHING, depth_pyramid
 from gi_bake.gi_core.kernels.diffuse_filter import diffuse_filter
 from gi_bake.gi_core.kernels.horizon_scan import SECTORS, horizon_scan
+from gi_bake.gi_core.kernels.march_cells import march_cells
 from gi_bake.gi_core.kernels.reproject import reproject
 from gi_bake.gi_core.kernels.surface_weight import surface_weight
 from gi_bake.gi_core.kernels.temporal import history_taps, temporal
@@ -124,7 +125,10 @@ def test_the_march_finds_what_pixel_by_pixel_finds():
     origin = np.stack([pixel % w + 0.5, pixel // w + 0.5, -1 / z], -1).astype(np.float32)
     direction = (rng.normal(0, 1, (n, 3)) * (1, 1, 0.02)).astype(np.float32)
     near, back = -1 / 0.5, 1 / 1.1
-    hit, hidden = depth_march(origin, direction, device, slope, pyramid, table, near, back, 4096)
+    cells = march_cells(device, slope, pyramid)
+    hit, hidden = depth_march(origin, direction, cells, table, near, back, 4096)
+    sure, _ = depth_march(origin, direction, cells, table, near, back, 4096, sure=True)
+    assert np.array_equal(sure, np.where(hidden, -1, hit))
     same, hits = 0, 0
     for k in range(n):
         o, d = origin[k].astype(float), direction[k].astype(float)
@@ -143,7 +147,8 @@ def test_a_march_of_too_few_steps_finds_nothing():
     pyramid, table = depth_pyramid(depth, 1)
     origin, direction = np.array([[0.5, 4.5, -0.5]], np.float32), np.array([[1, 0, 0.04]], np.float32)
     flat = np.zeros((8, 8, 2), np.float32)
-    many, few = (depth_march(origin, direction, depth, flat, pyramid, table, -10, 0.9, n)[0][0] for n in (64, 3))
+    cells = march_cells(depth, flat, pyramid)
+    many, few = (depth_march(origin, direction, cells, table, -10, 0.9, n)[0][0] for n in (64, 3))
     assert many == 4 * 8 + 6 and few == -1
 
 
@@ -163,7 +168,9 @@ def test_a_ray_does_not_meet_the_slanted_plane_that_it_leaves():
     for value in (slope_y, 0):
         slope[..., 1] = value
         nearest = depth - np.abs(slope).sum(-1) / 2
-        caught.append((depth_march(start, way, depth, slope, *depth_pyramid(nearest, 7), -9, 0.9, 256)[0] >= 0).mean())
+        pyramid, table = depth_pyramid(nearest, 7)
+        hit, _ = depth_march(start, way, march_cells(depth, slope, pyramid), table, -9, 0.9, 256)
+        caught.append((hit >= 0).mean())
     assert caught[0] == 0 and caught[1] > 0.1
 
 
@@ -253,6 +260,20 @@ def test_the_temporal_filter_is_its_definition(hdrp):
         assert np.allclose(history[0, 0], frames[:, 0].mean(0), rtol=1e-5)
         assert np.allclose(history[0, 1], frames[20:, 1].mean(0), rtol=1e-5)
     assert np.array_equal(history[0, 2], frames[-1, 2])
+
+
+def test_one_value_may_stand_for_several_frames():
+    """As often mixed in as frames were skipped, and once more; where nothing came before them, it is all there is."""
+    rng = np.random.default_rng(0)
+    value, history = rng.random((2, 3)).astype(np.float32), rng.random((1, 2, 3)).astype(np.float32)
+    taps, weights = np.tile(np.arange(2, dtype=np.int32)[:, None], (1, 4)), np.tile(np.float32([1, 0, 0, 0]), (2, 1))
+    before = np.array([[5, 0]], np.float32)
+    once, count = temporal(value, history, before + 3, taps, weights, skipped=3)
+    again, n = history, before
+    for _ in range(4):
+        again, n = (a.reshape(1, 2, -1) for a in temporal(value, again, n[..., :2].reshape(1, 2), taps, weights))
+    assert np.allclose(once, again[0], rtol=1e-5) and np.array_equal(count, n.ravel()) and count[0] == 9
+    assert np.allclose(once[1], value[1])
 
 
 def test_history_between_pixels_is_mixed():
