@@ -123,7 +123,8 @@ def extent(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Extent:
     names = chosen_objects(scene, view_layer)
     chosen = [o for o in there if o.name in set(names)] if names or group.scope == "SELECTED" else there
     if target == "vertices":
-        points = sum(len(o.data.vertices) for o in chosen if o.type == "MESH")
+        # Corners of triangles.
+        points = sum(3 * (len(o.data.loops) - 2 * len(o.data.polygons)) for o in chosen if o.type == "MESH")
         return Extent(len(chosen), points, str(points), volume + _working(points, group.memory))
     side = group.resolution
     points = len(chosen) * side**2

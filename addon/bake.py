@@ -20,8 +20,9 @@ import numpy as np
 
 from ..gi_core import borders, directional, images, lpv, ssgi
 from ..gi_core.atlas import Page
+from ..gi_core.corners import Corners
 from ..gi_core.geometry import Geometry
-from ..gi_core.receivers import POINT_BYTES, Receiver, Tile, cut, guides, of_camera, of_page, of_vertices
+from ..gi_core.receivers import POINT_BYTES, Receiver, Tile, cut, guides, of_camera, of_corners, of_page
 from ..gi_core.refine import Estimate
 from ..gi_core.rsm.settings import RsmSettings
 from ..gi_core.scene import Camera, Mesh, Scene
@@ -32,7 +33,7 @@ from ..gi_core.techniques import METHODS, Asked
 from ..gi_core.tile_light import TileLight
 from ..gi_core.tiles import finish, named, slices
 from ..gi_core.trace import Tracer
-from . import denoise, gpu_context, layout, preflight, rebake
+from . import denoise, gpu_context, layout, preflight, rebake, vertex_light
 from .read import with_bakes
 from .read.box import box_corners
 from .read.camera import read_cameras
@@ -45,6 +46,9 @@ TARGETS = ("image", "lightmap", "vertices", "volume")
 
 # What maps and tiles take of the whole, roughly; the bar follows it.
 _MAPS, _TILES = 0.1, 0.9
+
+# Corners of triangles that a vertex is the mean of, at least, where a surface is closed.
+_CORNERS = 3
 
 # Points that stand for all that get light where lights are chosen.
 _GUIDES = 1 << 14
@@ -128,6 +132,7 @@ class Light:
     directional: (h, w, 4, 3) float32, two bands of harmonics (see `gi_core.sh`) whose value at a normal is the light
         that is wanted; radiance: (h, w, 3) float32, what the surface sends out of it, and by itself. None where they
         are not asked for.
+    corners: of triangles, where light at vertices comes from, else None. known: (3 t,) bool, those that have light.
     """
 
     direct: np.ndarray
@@ -138,6 +143,8 @@ class Light:
     coverage: np.ndarray | None = None
     directional: np.ndarray | None = None
     radiance: np.ndarray | None = None
+    corners: Corners | None = None
+    known: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -289,6 +296,10 @@ def bake(
         work = named("borders", _bordered(tracer, receivers, pages, light, settings))
         light, more = yield from stages.follow(work, 1, 0, {})
         warnings += more
+    if job.target == "vertices":
+        work = named("borders", vertex_light.finished(tracer, receivers, light, job.settings.domain == "point"))
+        light, more = yield from stages.follow(work, 1, 0, {})
+        warnings += more
     carried = views[0].history if views else None
     uvs = {mesh.name: uvs for mesh, uvs in made.items()}
     return Result(
@@ -322,16 +333,15 @@ def receiving(core: Scene, job: Job) -> tuple[str, ...]:
 
 
 def _per_point(job: Job) -> Settings:
-    """The job's settings with a pixel's samples shared out among its subpixels."""
+    """The job's settings with a pixel's samples shared out among its subpixels, or a vertex's among its corners."""
     settings = job.settings
-    if job.target != "image":
-        return settings
-    share = settings.antialias**2
+    share = {"image": settings.antialias**2, "vertices": _CORNERS if settings.domain == "point" else 1}
+    share = share.get(job.target, 1)
     return replace(
         settings,
         samples=-(-settings.samples // share),
         light_samples=-(-settings.light_samples // share),
-        # Of a subpixel, whose pixel is the mean of all.
+        # Of a part, of which the whole is the mean.
         noise_threshold=min(1.0, settings.noise_threshold * share),
     )
 
@@ -345,7 +355,7 @@ def _receivers(
     if job.target == "lightmap":
         sides = range(4 if job.settings.directional else 1)
         return [of_page(tracer.geometry, page, side) for page in pages for side in sides]
-    return [of_vertices(tracer.geometry, name, job.settings.domain == "corner") for name in names]
+    return [of_corners(tracer.geometry, name, job.settings.domain == "corner") for name in names]
 
 
 def camera_at(camera: Camera, side: int | None) -> Camera:

@@ -60,7 +60,7 @@ def lightmap_reference(
     scene: bpy.types.Scene,
     view_layer: bpy.types.ViewLayer,
     uv_maps: dict[str, str],
-    resolution: int,
+    resolution: int | dict[str, int],
     samples: int,
     bounces: int,
     seed: int,
@@ -68,7 +68,8 @@ def lightmap_reference(
 ) -> dict[str, np.ndarray]:
     """Lightmaps at the current frame by `object.bake`: object name -> (resolution, resolution, 4) float32.
 
-    uv_maps: object name -> the UV map to bake to. passes: "DIRECT", "INDIRECT" or both.
+    uv_maps: object name -> the UV map to bake to. resolution: of all, or of each object.
+    passes: "DIRECT", "INDIRECT" or both.
     The fourth channel is 1 on texels whose centre a face covers, 0 elsewhere; there is no margin.
     Raises ValueError for objects that are no mesh of the view layer or lack the UV map, RuntimeError where Cycles
     refuses.
@@ -80,9 +81,10 @@ def lightmap_reference(
     baked = {}
     with reference_scene(scene, view_layer, samples, bounces, seed) as (copy, layer):
         for obj in objects:
-            with bake_image(resolution) as image, materials_with(obj, image):
+            side = resolution[obj.name] if isinstance(resolution, dict) else resolution
+            with bake_image(side) as image, materials_with(obj, image):
                 _bake(copy, layer, obj, passes, target="IMAGE_TEXTURES", uv_layer=uv_maps[obj.name])
-                baked[obj.name] = np.empty((resolution, resolution, 4), np.float32)
+                baked[obj.name] = np.empty((side, side, 4), np.float32)
                 image.pixels.foreach_get(baked[obj.name].ravel())
     return baked
 
@@ -96,8 +98,9 @@ def vertex_reference(
     seed: int,
     passes: tuple[str, ...] = ("INDIRECT",),
 ) -> dict[str, np.ndarray]:
-    """Light at the vertices of objects' own meshes by `object.bake`: object name -> (v, 3) float32.
+    """Light at the face corners of objects' own meshes by `object.bake`: object name -> (corners, 3) float32.
 
+    For an attribute of points Blender takes the mean of just these, those inside of walls included.
     Raises ValueError for objects that are no mesh of the view layer, RuntimeError where Cycles refuses.
     """
     baked = {}
@@ -105,7 +108,7 @@ def vertex_reference(
         for obj in _meshes(view_layer, names):
             with vertex_colors(obj.data) as name:
                 _bake(copy, layer, obj, passes, target="VERTEX_COLORS")
-                rgba = np.empty((len(obj.data.vertices), 4), np.float32)
+                rgba = np.empty((len(obj.data.loops), 4), np.float32)
                 obj.data.attributes[name].data.foreach_get("color", rgba.ravel())
                 baked[obj.name] = rgba[:, :3].copy()
     return baked

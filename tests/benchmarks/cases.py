@@ -22,7 +22,7 @@ with quiet():
     import bpy
     from gi_bake.addon import preflight
     from gi_bake.addon.bake import Job, Refused, bake
-    from gi_bake.addon.compare import _camera, _objects, _size, uv_maps
+    from gi_bake.addon.compare import _camera, _objects, _size, comparable, maps
     from gi_bake.addon.compare.curves import CYCLES_SAMPLES, curves
     from gi_bake.addon.compare.halves import truth
     from gi_bake.addon.read.images import ImageReader
@@ -85,18 +85,19 @@ def sample(name, method, side, texels, reference, settings, folder):
             rows[key] = {"refused": ", ".join(sorted({f.code for f in refused.findings if f.severity == "ERROR"}))}
             continue
         if target != "volume":
-            rows[key] |= errors(scene, view_layer, job, result, names, reference, folder / f"{name} {target}")
+            rows[key] |= errors(scene, view_layer, job, result, reference, folder / f"{name} {target}")
         del result
     return rows
 
 
-def errors(scene, view_layer, job, result, names, samples, folder):
+def errors(scene, view_layer, job, result, samples, folder):
     """relMSE and bias of indirect light over all that counts, the reference's noise, and how long that took."""
     folder.mkdir(parents=True, exist_ok=True)
     lightmap_uvs.put_all({bpy.data.meshes[name, None]: uvs for name, uvs in result.uvs.items()})
-    found = truth(scene, view_layer, job, _size(result), uv_maps(result, names), samples, folder)
+    names, _ = comparable(result, view_layer) if job.target != "image" else ([], [])
+    found = truth(scene, view_layer, job, _size(result), maps(result, names), samples, folder)
     results = {job.method: result}
-    every = _camera(results, found, None) if job.target == "image" else _objects(results, found, list(names))
+    every = _camera(results, found, None) if job.target == "image" else _objects(results, found, names, view_layer)
     every = [s for s in every if s.kind == "indirect"]
     if not every:
         return {}
