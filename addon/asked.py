@@ -13,9 +13,8 @@ from ..gi_core.receivers import POINT_BYTES
 from ..gi_core.settings import Settings
 from ..gi_core.techniques import METHODS
 from .bake import Job
+from .object_options import SURFACES
 from .rna import own_fields, values
-
-_SURFACES = {"MESH", "CURVE", "FONT", "SURFACE", "META"}
 
 
 def settings(scene: bpy.types.Scene, method: str) -> Settings:
@@ -69,7 +68,7 @@ def surfaces(view_layer: bpy.types.ViewLayer) -> list[bpy.types.Object]:
     found: dict[str, bpy.types.Object] = {}
     for collection in _collections(view_layer.layer_collection):
         for obj in collection.objects:
-            if obj.type in _SURFACES and not obj.hide_render and _has_faces(obj):
+            if obj.type in SURFACES and not obj.hide_render and _has_faces(obj):
                 found[obj.name] = obj
     return list(found.values())
 

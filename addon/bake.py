@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 
 import bpy
@@ -33,7 +34,7 @@ from ..gi_core.techniques import METHODS, Asked
 from ..gi_core.tile_light import TileLight
 from ..gi_core.tiles import finish, named, slices
 from ..gi_core.trace import Tracer
-from . import denoise, gpu_context, layout, preflight, rebake, vertex_light
+from . import by_method, denoise, gpu_context, layout, preflight, rebake, vertex_light
 from .read import with_bakes
 from .read.box import box_corners
 from .read.camera import read_cameras
@@ -79,6 +80,8 @@ class Job:
         scene's own.
     uv: name of the UV map that lightmaps lie on; "" means each mesh's active one.
     settings: of the technique.
+    part_of: the technique of the job that this is a part of: only objects whose technique is `method` get light, but
+        lightmaps are laid out for all; "" of a whole job.
     """
 
     method: str = "rsm"
@@ -87,6 +90,7 @@ class Job:
     resolution: int | None = None
     uv: str = ""
     settings: Settings = field(default_factory=RsmSettings)
+    part_of: str = ""
 
     @property
     def cameras(self) -> tuple[str, ...]:
@@ -199,6 +203,10 @@ def bake(
 
     Raises Refused, before any work, where the preflight finds errors.
     """
+    parts = by_method.parts(scene, job)
+    if parts != [job]:
+        run = partial(bake, scene, view_layer, output=output, preview=preview)
+        return (yield from by_method.together(job, parts, run))
     stages, bakes = Stages(), SurfaceBakes()
     yield 0.0, "unwrap"
     with stages.time("unwrap"):
@@ -245,8 +253,12 @@ def bake(
         with stages.time("layout"):
             whole = layout.pages(tracer.geometry, scene, names, job.uv, job.resolution, job.settings)
             whole, pages, hashes, earlier = rebake.due(scene, core, whole, job.method, job.settings)
+            if job.part_of:
+                pages, hashes = rebake.own(pages, hashes, lambda n: by_method.method_of(scene, job, n) == job.method)
         names = tuple(place.name for page in pages for place in page.places)
         yield 0.0, "maps"
+    elif job.part_of:
+        names = tuple(name for name in names if by_method.method_of(scene, job, name) == job.method)
     receivers = _receivers(tracer, job, camera, names, pages)
     emitted = None
     if job.wants("indirect") and receivers:

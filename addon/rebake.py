@@ -7,7 +7,7 @@ what these reflect onto it stays as it was until all is baked again.
 """
 
 import hashlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, fields, is_dataclass, replace
 
 import bpy
@@ -53,6 +53,14 @@ def due(
     still, earlier = kept(scene, whole, hashes)
     left = [replace(p, places=tuple(q for q in p.places if q.name not in still)) for p in whole]
     return whole, [page for page in left if page.places], hashes, earlier
+
+
+def own(
+    pages: list[Page], hashes: dict[str, str], which: Callable[[str], bool]
+) -> tuple[list[Page], dict[str, str]]:
+    """Of pages and hashes those of some objects only."""
+    left = [replace(p, places=tuple(q for q in p.places if which(q.name))) for p in pages]
+    return [page for page in left if page.places], {name: value for name, value in hashes.items() if which(name)}
 
 
 def kept(

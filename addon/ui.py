@@ -443,7 +443,7 @@ class GI_PT_object(Panel):
     def draw(self, context):
         layout = self.layout
         layout.use_property_split, layout.use_property_decorate = True, False
-        for name in ("use", "casts", "lightmap_factor", "lightmap_group"):
+        for name in ("use", "casts", "lightmap_factor", "lightmap_group", "method"):
             layout.prop(context.object.gi_bake, name)
 
 
