@@ -15,7 +15,7 @@ from pathlib import Path
 
 import bpy
 from bpy.app.translations import pgettext_rpt as rpt_
-from bpy.props import EnumProperty, IntProperty, StringProperty
+from bpy.props import BoolProperty, EnumProperty, IntProperty, StringProperty
 from bpy.types import Operator
 
 from ..gi_core.device import NUMPY
@@ -399,6 +399,12 @@ class GI_OT_apply(Operator):
     bl_label = "Apply to Materials"
     bl_options = {"REGISTER", "UNDO"}
 
+    gltf: BoolProperty(
+        name="For glTF Export",
+        description="Give lightmaps to Blender's glTF exporter too, as the materials' occlusion on a UV map of its own",
+        default=False,
+    )
+
     @classmethod
     def poll(cls, context):
         if _busy(cls) or _no_line(cls, context):
@@ -409,7 +415,7 @@ class GI_OT_apply(Operator):
         return True
 
     def execute(self, context):
-        names = hookup.apply(context.scene)
+        names = hookup.apply(context.scene, self.gltf)
         self.report({"INFO"}, rpt_("Applied to {:d} materials").format(len(names)))
         return {"FINISHED"}
 
