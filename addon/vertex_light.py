@@ -13,6 +13,8 @@ import numpy as np
 from ..gi_core import borders
 from ..gi_core.corners import Corners
 from ..gi_core.receivers import Receiver
+from ..gi_core.surfels import TILE
+from ..gi_core.tiles import slices
 from ..gi_core.trace import Tracer
 
 if TYPE_CHECKING:
@@ -33,8 +35,8 @@ def finished(
         raw, corners = light[receiver.name], Corners.of(tracer.geometry, receiver.name)
         inside = np.zeros(len(raw.valid), bool)
         dark = borders.dark(raw.direct + raw.indirect, raw.valid)
-        if dark.any():
-            points, _ = receiver.points(slice(0, receiver.height))
+        for part in slices(receiver.height, TILE) if dark.any() else ():
+            points, _ = receiver.points(part)
             points = points[dark[points.place]]
             inside[points.place[borders.inside(tracer, points)]] = True
         hidden += int(inside.sum())

@@ -39,8 +39,9 @@ class Corners:
         angle = np.arccos(np.clip(dot(ahead, behind), -1, 1))
         angle[~np.any(geometry.face_normal(triangle) != 0, -1)] = 0
         vertex = mesh.triangles.ravel()
-        like = np.column_stack([vertex, np.round(mesh.normals.reshape(-1, 3) * 1000)]).astype(np.int32)
-        _, point = np.unique(like, axis=0, return_inverse=True)
+        # Normals to a five-hundredth, ten bits for each coordinate.
+        x, y, z = (np.clip(np.round(n * 500) + 512, 0, 1023).astype(np.int64) for n in mesh.normals.reshape(-1, 3).T)
+        _, point = np.unique(vertex.astype(np.int64) << 30 | x << 20 | y << 10 | z, return_inverse=True)
         return Corners(vertex, point.ravel().astype(np.int64), angle.ravel(), len(mesh.vertices))
 
     def at_vertices(self, values: np.ndarray, known: np.ndarray) -> np.ndarray:

@@ -182,14 +182,17 @@ def strewn_over(geometry: Geometry, names: Sequence[str], n: int) -> Surfels:
     return at(geometry, triangle, weights, np.arange(n))
 
 
-def from_corners(geometry: Geometry, name: str) -> Surfels:
-    """A surfel for each corner of each triangle of an object that has an area; `place` is 3 · triangle + corner. Raises
-    KeyError for no such object."""
-    _, triangle = geometry.mesh_of(name)
+def from_corners(geometry: Geometry, name: str, triangles: slice | None = None) -> Surfels:
+    """A surfel for each corner of each triangle of an object that has an area; `place` is 3 · triangle + corner.
+
+    triangles: those to look at, None for all. Raises KeyError for no such object.
+    """
+    _, every = geometry.mesh_of(name)
+    triangle = every[triangles or slice(None)]
     solid = np.flatnonzero(np.any(geometry.face_normal(triangle) != 0, -1))
     corners = geometry.vertices[geometry.triangles[triangle[solid]]]
     away = np.maximum(length(corners - corners.mean(1, keepdims=True)), 1e-20)
     share = np.minimum(_INSET * np.maximum(np.abs(corners).max(-1), 1) / away, 1)[..., None]
     weights = (1 - share) * np.eye(3) + share / 3
-    place = (3 * solid[:, None] + np.arange(3)).ravel()
+    place = (3 * (triangle[solid] - every[0])[:, None] + np.arange(3)).ravel()
     return at(geometry, np.repeat(triangle[solid], 3), weights.reshape(-1, 3).astype(np.float32), place)

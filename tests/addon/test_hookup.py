@@ -121,9 +121,14 @@ def test_indirect_light_is_added_to_what_is_there(room):
     assert lit.mean() > 0.9 and np.mean(near < 0.02) > 0.98
 
 
-def test_every_trace_goes_from_materials_of_all_kinds(sample):
-    bpy.ops.wm.open_mainfile(filepath=str(sample("materials")))
+@pytest.mark.parametrize("name", ["materials", "props"])
+def test_every_trace_goes_from_materials_of_all_kinds(sample, name):
+    bpy.ops.wm.open_mainfile(filepath=str(sample(name)))
     scene = bpy.context.scene
+    if name == "props":
+        for obj in scene.objects:
+            if obj.type == "MESH" and not obj.data.uv_layers:
+                obj.data.uv_layers.new(name="UVMap")
     names = [o.name for o in scene.objects if o.type == "MESH" and o.data.uv_layers and len(o.data.polygons)]
     # Two on a map of their own, and one of which lies on the artist's.
     with_lightmaps(scene, names=names)
