@@ -16,9 +16,8 @@ from ..gi_core.settings import Settings
 from ..gi_core.techniques import METHODS
 from . import layout
 from .job import Job
+from .object_options import SURFACES
 from .rna import own_fields, values
-
-_SURFACES = {"MESH", "CURVE", "FONT", "SURFACE", "META"}
 
 
 def settings(scene: bpy.types.Scene, method: str) -> Settings:
@@ -72,7 +71,7 @@ def surfaces(view_layer: bpy.types.ViewLayer) -> list[bpy.types.Object]:
     found: dict[str, bpy.types.Object] = {}
     for collection in _collections(view_layer.layer_collection):
         for obj in collection.objects:
-            if obj.type in _SURFACES and not obj.hide_render and _has_faces(obj):
+            if obj.type in SURFACES and not obj.hide_render and _has_faces(obj):
                 found[obj.name] = obj
     return list(found.values())
 
@@ -127,7 +126,8 @@ def extent(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Extent:
     names = chosen_objects(scene, view_layer)
     chosen = [o for o in there if o.name in set(names)] if names or group.scope == "SELECTED" else there
     if target == "vertices":
-        points = sum(len(o.data.vertices) for o in chosen if o.type == "MESH")
+        # Corners of triangles.
+        points = sum(3 * (len(o.data.loops) - 2 * len(o.data.polygons)) for o in chosen if o.type == "MESH")
         return Extent(len(chosen), points, str(points), volume + _working(points, group.memory))
     sides = _sides(chosen, scene, settings(scene, method))
     points = sum(side**2 for side in sides)

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import bpy
@@ -22,7 +23,7 @@ from ..gi_core import images, lpv, ssgi
 from ..gi_core.atlas import Page
 from ..gi_core.coarse import Coarse
 from ..gi_core.geometry import Geometry
-from ..gi_core.receivers import POINT_BYTES, Receiver, Tile, cut, guides, of_camera, of_page, of_vertices
+from ..gi_core.receivers import POINT_BYTES, Receiver, Tile, cut, guides, of_camera, of_corners, of_page
 from ..gi_core.refine import Estimate
 from ..gi_core.scene import Camera, Mesh, Scene
 from ..gi_core.settings import Settings
@@ -30,7 +31,7 @@ from ..gi_core.techniques import METHODS, Asked
 from ..gi_core.tile_light import TileLight
 from ..gi_core.tiles import finish, named
 from ..gi_core.trace import Tracer
-from . import gpu_context, layout, lightmap_borders, preflight, rebake
+from . import by_method, gpu_context, layout, lightmap_borders, preflight, rebake, vertex_light
 from .canvases import kept_layers, pixels, put, without_noise
 from .job import Job
 from .lights import coverage_of, directional_of, light_of, radiant
@@ -48,6 +49,9 @@ _MAPS, _COARSE = 0.1, 0.6
 
 # Points that stand for all that get light where lights are chosen.
 _GUIDES = 1 << 14
+
+# Corners of triangles that a vertex is the mean of, at least, where a surface is closed.
+_CORNERS = 3
 
 # Stages whose steps touch Blender, which allows that on its main thread only; the others may run on any.
 ON_MAIN_THREAD = frozenset({"unwrap", "read", "materials", "layout", "oidn"})
@@ -88,6 +92,10 @@ def bake(
 
     Raises Refused, before any work, where the preflight finds errors.
     """
+    parts = by_method.parts(scene, job)
+    if parts != [job]:
+        run = partial(bake, scene, view_layer, output=output, preview=preview)
+        return (yield from by_method.together(job, parts, run))
     stages = Stages()
     read = yield from _read(scene, view_layer, job, output, stages)
     job, core, notes = read.job, read.core, read.notes
@@ -105,8 +113,12 @@ def bake(
         with stages.time("layout"):
             whole = layout.pages(tracer.geometry, scene, names, job.uv, job.resolution, job.settings)
         due = yield from stages.announced(rebake.due(scene, core, whole, job.method, job.settings))
+        if job.part_of:
+            due = due.of(lambda name: by_method.method_of(scene, job, name) == job.method)
         names = tuple(place.name for page in due.pages for place in page.places)
         yield 0.0, "maps"
+    elif job.part_of:
+        names = tuple(name for name in names if by_method.method_of(scene, job, name) == job.method)
     camera = core.camera.at(job.resolution) if job.target == "image" else None
     receivers = _receivers(tracer, job, camera, names, due.pages)
 
@@ -140,6 +152,10 @@ def bake(
             light = _lights(job, canvases, receivers, due.pages, views)
     if due.pages:
         work = lightmap_borders.finished(tracer, receivers, due.pages, light, job.settings)
+        light, more = yield from stages.follow(named("borders", work), 1, 0, {})
+        notes += more
+    elif job.target == "vertices":
+        work = vertex_light.finished(tracer, receivers, light, job.settings.domain == "point")
         light, more = yield from stages.follow(named("borders", work), 1, 0, {})
         notes += more
     return Result(
@@ -275,16 +291,15 @@ def receiving(core: Scene, job: Job) -> tuple[str, ...]:
 
 
 def _per_point(job: Job) -> Settings:
-    """The job's settings with a pixel's samples shared out among its subpixels."""
+    """The job's settings with a pixel's samples shared out among its subpixels, or a vertex's among its corners."""
     settings = job.settings
-    if job.target != "image":
-        return settings
-    share = settings.antialias**2
+    share = {"image": settings.antialias**2, "vertices": _CORNERS if settings.domain == "point" else 1}
+    share = share.get(job.target, 1)
     return replace(
         settings,
         samples=-(-settings.samples // share),
         light_samples=-(-settings.light_samples // share),
-        # Of a subpixel, whose pixel is the mean of all.
+        # Of a part, of which the whole is the mean.
         noise_threshold=min(1.0, settings.noise_threshold * share),
     )
 
@@ -298,7 +313,7 @@ def _receivers(
     if job.target == "lightmap":
         sides = range(4 if job.settings.directional else 1)
         return [of_page(tracer.geometry, page, side) for page in pages for side in sides]
-    return [of_vertices(tracer.geometry, name, job.settings.domain == "corner") for name in names]
+    return [of_corners(tracer.geometry, name, job.settings.domain == "corner") for name in names]
 
 
 def _margin(settings: Settings, camera: Camera | None) -> tuple[int, int]:

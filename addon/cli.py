@@ -222,11 +222,6 @@ def _compare(arguments: argparse.Namespace, path: Path | None) -> dict:
     if len(jobs) > 1 and arguments.save:
         raise UsageError("--save FILE goes with one method; without a name each method's folder gets a .blend")
     scene, view_layer = _open(arguments, path)
-    for job in jobs:
-        if job.target == "lightmap" and layout.is_shared(scene, job.settings):
-            raise UsageError("Cycles bakes each object to an image of its own: compare lightmaps with atlas=object")
-        if job.target == "vertices" and job.settings.domain == "corner":
-            raise UsageError("Cycles bakes to vertices: compare with domain=point")
     if arguments.dark:
         try:
             dark_box(arguments.dark, scene)

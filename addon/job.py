@@ -27,6 +27,8 @@ class Job:
         scene's own.
     uv: name of the UV map that lightmaps lie on; "" means each mesh's active one.
     settings: of the technique.
+    part_of: the technique of the job that this is a part of: only objects whose technique is `method` get light, but
+        lightmaps are laid out for all; "" of a whole job.
     """
 
     method: str = "rsm"
@@ -35,6 +37,7 @@ class Job:
     resolution: int | None = None
     uv: str = ""
     settings: Settings = field(default_factory=RsmSettings)
+    part_of: str = ""
 
     @property
     def cameras(self) -> tuple[str, ...]:

@@ -202,6 +202,12 @@ class GiBakeObject(PropertyGroup):
         "says",
         options=set(),
     )
+    method: EnumProperty(
+        name="Technique",
+        description="How reflected light on the object is found, in lightmaps and at vertices",
+        items=(("SCENE", "Scene's", "The technique that is chosen for all"), *METHODS),
+        options=set(),
+    )
 
 
 classes = (

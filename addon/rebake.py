@@ -7,7 +7,7 @@ what these reflect onto it stays as it was until all is baked again.
 """
 
 import hashlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
 
 import bpy
@@ -49,6 +49,12 @@ class Due:
     pages: tuple[Page, ...] = ()
     hashes: dict[str, str] = field(default_factory=dict)
     kept: dict[str, np.ndarray] = field(default_factory=dict)
+
+    def of(self, which: Callable[[str], bool]) -> "Due":
+        """What of it is due of some objects only."""
+        left = [replace(p, places=tuple(q for q in p.places if which(q.name))) for p in self.pages]
+        hashes = {name: value for name, value in self.hashes.items() if which(name)}
+        return replace(self, pages=tuple(page for page in left if page.places), hashes=hashes)
 
 
 def due(

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..gi_core import lpv, ssgi
 from ..gi_core.atlas import Page
+from ..gi_core.corners import Corners
 from ..gi_core.scene import Mesh
 from .job import Job
 
@@ -27,6 +28,7 @@ class Light:
     directional: (h, w, 4, 3) float32, two bands of harmonics (see `gi_core.sh`) whose value at a normal is the light
         that is wanted; radiance: (h, w, 3) float32, what the surface sends out of it, and by itself. None where they
         are not asked for.
+    corners: of triangles, where light at vertices comes from, else None. known: (3 t,) bool, those that have light.
     """
 
     direct: np.ndarray
@@ -37,6 +39,8 @@ class Light:
     coverage: np.ndarray | None = None
     directional: np.ndarray | None = None
     radiance: np.ndarray | None = None
+    corners: Corners | None = None
+    known: np.ndarray | None = None
 
 
 @dataclass(frozen=True)

@@ -10,12 +10,12 @@ how it was cut.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
-from functools import cache
 
 import numpy as np
 
 from . import directional, surfels, tiles
 from .atlas import Page
+from .corners import Corners
 from .geometry import Geometry
 from .scene import Camera
 from .surfels import Surfels
@@ -35,6 +35,7 @@ class Receiver:
         the surface covers each place's centre (n,) bool.
     subpixels: of a pixel along each axis.
     is_image: places that are neighbours in the grid are neighbours on the surface.
+    streams: of random numbers, of each place; None for each its own. (width · height,) int64.
     """
 
     name: str
@@ -43,10 +44,11 @@ class Receiver:
     points: Callable[[slice], tuple[Surfels, np.ndarray]]
     subpixels: int = 1
     is_image: bool = True
+    streams: np.ndarray | None = None
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Of the results: (h, w) pixels, or (v,) vertices."""
+        """Of the results: (h, w) pixels, or (3 t,) corners of triangles."""
         return (self.height // self.subpixels, self.width // self.subpixels) if self.is_image else (self.height,)
 
 
@@ -80,20 +82,20 @@ def of_page(geometry: Geometry, page: Page, side: int = 0) -> Receiver:
     return Receiver(directional.named(page.name, side), *size, points)
 
 
-def of_vertices(geometry: Geometry, name: str, corners: bool = False) -> Receiver:
-    """The vertices of an object, or the corners of its triangles."""
+def of_corners(geometry: Geometry, name: str, alike: bool = False) -> Receiver:
+    """The corners of an object's triangles.
 
-    @cache
-    def every():
-        return (surfels.from_corners if corners else surfels.from_vertices)(geometry, name)
+    alike: those at one point of the surface have the same noise, so that none of it shows between faces.
+    """
+    streams = Corners.of(geometry, name).point if alike else None
 
     def points(rows: slice):
-        low, high = np.searchsorted(every().place, (rows.start, rows.stop))
-        here = every()[low:high]
+        here = surfels.from_corners(geometry, name, slice(rows.start // 3, -(-rows.stop // 3)))
+        here = here[(here.place >= rows.start) & (here.place < rows.stop)]
         return here, np.ones(len(here), bool)
 
     mesh, _ = geometry.mesh_of(name)
-    return Receiver(name, 1, 3 * len(mesh.triangles) if corners else len(mesh.vertices), points, is_image=False)
+    return Receiver(name, 1, 3 * len(mesh.triangles), points, is_image=False, streams=streams)
 
 
 @dataclass(frozen=True)
@@ -142,7 +144,10 @@ class Tile:
             for k in range(part.start, part.stop):
                 receiver, rows, shift = parts[k]
                 here, centred = receiver.points(rows)
-                found[k] = here, here.place + shift, centred
+                place = here.place + shift
+                if receiver.streams is not None:
+                    here = replace(here, place=receiver.streams[here.place])
+                found[k] = here, place, centred
 
         yield from tiles.run(make, tiles.slices(len(parts), 1))
         here, place, centred = zip(*(found[k] for k in range(len(parts))))

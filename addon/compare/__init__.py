@@ -12,9 +12,11 @@ import bpy
 import numpy as np
 
 from ...gi_core import exr
+from ...gi_core.atlas import Place
 from ...gi_core.tiles import finish, within
 from ..read.box import box_corners
 from ..result import Result
+from ..write.attributes import loops_of
 from ..write.images import file_stem
 from . import curves as over_time
 from .edges import smooth
@@ -83,15 +85,13 @@ def compare_in_steps(
         raise ValueError("results of different targets, objects, sizes, bounces or anti-aliasing cannot be compared")
     if job.target != "image" and (dark or curves):
         raise ValueError("a dark region and error over time are of camera images: compare the target image")
-    # Cycles bakes meshes, and nothing else that has a surface.
-    names = [name for name in result.light if view_layer.objects[name].type == "MESH"]
+    names, left_out = comparable(result, view_layer)
     if job.target != "image" and not names:
-        raise RuntimeError(f"Cycles bakes meshes only: convert {', '.join(result.light)} to one")
+        raise RuntimeError("Cycles bakes meshes only: convert what is baked to one, or add meshes")
     box = dark_box(dark, scene) if dark else None
-    left_out = [f"{name} is no mesh: not compared" for name in result.light if name not in names]
     found = yield from _staged(
         "cycles", 0, _CYCLES,
-        truth_in_steps(scene, view_layer, job, _size(result), uv_maps(result, names), samples, folder),
+        truth_in_steps(scene, view_layer, job, _size(result), maps(result, names), samples, folder),
     )  # fmt: skip
     title = f"GI Bake and Cycles: {Path(bpy.data.filepath).stem or scene.name}"
     told = f"{Path(bpy.data.filepath).name}, {scene.name}, frame {scene.frame_current}"
@@ -100,7 +100,7 @@ def compare_in_steps(
     if job.target == "image":
         subjects = _camera(results, found, box)
     else:
-        subjects = _objects(results, found, names)
+        subjects = _objects(results, found, names, view_layer)
 
     rows, ratios = None, None
     if curves:
@@ -150,26 +150,33 @@ def dark_box(text: str, scene: bpy.types.Scene) -> np.ndarray:
     return np.sort(corners, axis=0)
 
 
+def comparable(result: Result, view_layer: bpy.types.ViewLayer) -> tuple[list[str], list[str]]:
+    """Names of the objects that Cycles can bake too, and sentences on those that it cannot."""
+    every = [place.name for page in result.pages for place in page.places] or list(result.light)
+    names = [name for name in every if view_layer.objects[name].type == "MESH"]
+    return names, [f"{name} is no mesh: not compared" for name in every if name not in names]
+
+
 def _what(result: Result) -> tuple:
     """What has to be equal of results that stand side by side."""
     job = result.job
     terms = job.settings.bounces, job.settings.antialias > 1, job.target == "image" or job.settings.light
-    return job.target, _size(result), tuple(result.light), job.uv, *terms
+    domain = job.target == "vertices" and job.settings.domain
+    return job.target, _size(result), tuple(result.light), result.pages, job.uv, domain, *terms
 
 
-def uv_maps(result: Result, names: Iterable[str]) -> dict[str, str]:
-    """The UV map that each object's lightmap lies on, "" where there is none."""
-    laid = {place.name: place.uv for page in result.pages for place in page.places}
-    return {name: laid.get(name, "") for name in names}
+def maps(result: Result, names: Iterable[str]) -> dict[str, tuple[str, int]]:
+    """The UV map that each object's lightmap lies on, and the side of its square of texels; "" and 0 of vertices."""
+    laid = {place.name: (place.uv, place.side) for page in result.pages for place in page.places}
+    return {name: laid.get(name, ("", 0)) for name in names}
 
 
 def _size(result: Result) -> tuple[int, int]:
-    """(width, height) of the camera image or of each lightmap; (0, 0) of light at vertices."""
+    """(width, height) of the camera image or of the first lightmap; (0, 0) of light at vertices."""
     if result.layers:
         height, width = result.layers["Combined"].shape[:2]
         return width, height
-    side = next(iter(result.light.values())).valid.shape
-    return (side[1], side[0]) if len(side) == 2 else (0, 0)
+    return (result.pages[0].width, result.pages[0].height) if result.pages else (0, 0)
 
 
 def _camera(results: dict[str, Result], found: Truth, box: np.ndarray | None) -> list[Subject]:
@@ -198,10 +205,16 @@ def _camera(results: dict[str, Result], found: Truth, box: np.ndarray | None) ->
     return subjects
 
 
-def _objects(results: dict[str, Result], found: Truth, names: list[str]) -> list[Subject]:
+def _objects(
+    results: dict[str, Result], found: Truth, names: list[str], view_layer: bpy.types.ViewLayer
+) -> list[Subject]:
     subjects = []
     for name in names:
-        lights = [_object(results, found, name, k) for k in ("direct", "indirect") if (name, k) in found.light]
+        kinds = [k for k in ("direct", "indirect") if (name, k) in found.light]
+        if next(iter(results.values())).job.target == "lightmap":
+            lights = [_lightmap(results, found, name, k) for k in kinds]
+        else:
+            lights = [_vertices(results, found, view_layer.objects[name], k) for k in kinds]
         lights = [light for light in lights if light]
         subjects += lights
         if len(lights) == 2:
@@ -209,21 +222,48 @@ def _objects(results: dict[str, Result], found: Truth, names: list[str]) -> list
     return subjects
 
 
-def _object(results: dict[str, Result], found: Truth, name: str, kind: str) -> Subject | None:
-    """None where no texel has a value on both sides."""
+def _lightmap(results: dict[str, Result], found: Truth, name: str, kind: str) -> Subject | None:
+    """An object's square of its lightmap. None where no texel has a value on both sides."""
     reference, noise = found.light[name, kind], found.noise[name, kind]
-    valid = np.logical_and.reduce([r.light[name].centred for r in results.values()])
-    ours = {label: getattr(r.light[name], kind) for label, r in results.items()}
-    flat = valid.ndim == 2
-    if flat:
-        # Cycles bakes the texels whose centre a face covers; the others it leaves to the margin.
-        valid = valid & (reference[..., 3] > 0)
-    else:
-        # Vertices as an image of one row.
-        reference, noise, valid, ours = reference[None], noise[None], valid[None], {k: v[None] for k, v in ours.items()}
+    pages = next(iter(results.values())).pages
+    [(page, place)] = [(page.name, place) for page in pages for place in page.places if place.name == name]
+    light = {label: r.light[page] for label, r in results.items()}
+    valid = np.logical_and.reduce([_square(each.centred, place) for each in light.values()])
+    # Cycles bakes the texels whose centre a face covers; the others it leaves to the margin.
+    valid = valid & (reference[..., 3] > 0)
+    ours = {label: _square(getattr(each, kind), place) for label, each in light.items()}
     if not valid.any():
         return None
-    return Subject(f"{name}, {kind}", kind, reference[..., :3], noise[..., :3], valid, valid, ours, flat=flat)
+    return Subject(f"{name}, {kind}", kind, reference[..., :3], noise[..., :3], valid, valid, ours)
+
+
+def _square(image: np.ndarray, place: Place) -> np.ndarray:
+    """An object's square of an image, empty where it leaves it: (h, w, …) -> (side, side, …)."""
+    out = np.zeros((place.side, place.side, *image.shape[2:]), image.dtype)
+    low = max(0, -place.x), max(0, -place.y)
+    part = image[place.y + low[1] : place.y + place.side, place.x + low[0] : place.x + place.side]
+    out[low[1] : low[1] + part.shape[0], low[0] : low[0] + part.shape[1]] = part
+    return out
+
+
+def _vertices(results: dict[str, Result], found: Truth, obj: bpy.types.Object, kind: str) -> Subject | None:
+    """Light at an object's vertices or corners, as an image of one row. None where nothing has light on both sides.
+
+    Cycles' is that at the corners which count for us: in its own mean those inside of walls count too, as black.
+    """
+    light = {label: r.light[obj.name] for label, r in results.items()}
+    valid = np.logical_and.reduce([each.centred for each in light.values()])
+    if not valid.any():
+        return None
+    first, corners = next(iter(results.values())), next(iter(light.values())).corners
+    known = np.logical_and.reduce([each.known for each in light.values()])
+    loops = loops_of(obj, corners.vertex)
+    reference, noise = (each[obj.name, kind][loops] for each in (found.light, found.noise))
+    if first.job.settings.domain == "point":
+        reference, noise = (corners.at_vertices(each, known) for each in (reference, noise))
+    row = [each[None] for each in (reference, noise, valid, valid)]
+    ours = {label: getattr(each, kind)[None] for label, each in light.items()}
+    return Subject(f"{obj.name}, {kind}", kind, *row, ours, flat=False)
 
 
 def _inside(position: np.ndarray, box: np.ndarray) -> np.ndarray:

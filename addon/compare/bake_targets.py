@@ -81,10 +81,10 @@ def _copy_with(material, image):
 
 @contextlib.contextmanager
 def vertex_colors(mesh):
-    """A colour attribute on the mesh's points, active so that `object.bake` writes to it; its name."""
+    """A colour attribute of the mesh's face corners, active so that `object.bake` writes to it; its name."""
     attributes = mesh.attributes
     before = {key: getattr(attributes, key) for key in ("active_color_name", "default_color_name", "active_index")}
-    name = attributes.new("gi_bake_reference", "FLOAT_COLOR", "POINT").name
+    name = attributes.new("gi_bake_reference", "FLOAT_COLOR", "CORNER").name
     try:
         attributes.active_color_name = name
         # The default is what materials see; a mesh's first colours become it.

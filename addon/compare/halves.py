@@ -31,7 +31,8 @@ SEEDS = (7919, 7920)
 class Truth:
     """What Cycles found.
 
-    light: name -> (h, w, c) float32, a pass of the camera image by its name, or (object, "direct" or "indirect").
+    light: name -> (h, w, c) float32, a pass of the camera image by its name, or (object, "direct" or "indirect"): its
+        lightmap, (side, side, 4), or (corners, 3) at its mesh's face corners.
     noise: the same, half the difference of two renders. seconds: that rendering took. made: when, in UTC.
     kept: whether it is of an earlier comparison. samples: of both renders together. terms: how it was rendered.
     """
@@ -49,14 +50,14 @@ def truth(
     view_layer: bpy.types.ViewLayer,
     job: Job,
     resolution: tuple[int, int],
-    maps: dict[str, str],
+    maps: dict[str, tuple[str, int]],
     samples: int,
     folder: Path,
 ) -> Truth:
     """What Cycles makes of a job's target at the scene's current frame, at the job's bounces.
 
-    resolution: (width, height) of the camera image, or of each lightmap. maps: the objects that are baked, and of each
-        the UV map that its lightmap lies on.
+    resolution: (width, height) of the camera image, or of lightmaps. maps: the objects that are baked, and of each the
+        UV map that its lightmap lies on, and the side of the square of texels that is its own.
     samples: of Cycles for each pixel, texel or vertex, at least 2. folder: FOLDER/reference.npz is taken where it is of
         the same scene and terms, and is written where it is not.
     Raises RuntimeError and ValueError where Cycles refuses.
@@ -69,7 +70,7 @@ def truth_in_steps(
     view_layer: bpy.types.ViewLayer,
     job: Job,
     resolution: tuple[int, int],
-    maps: dict[str, str],
+    maps: dict[str, tuple[str, int]],
     samples: int,
     folder: Path,
 ) -> Iterator[float]:
@@ -84,7 +85,8 @@ def truth_in_steps(
         "antialias": job.settings.antialias > 1 if job.target == "image" else False,
         "resolution": resolution,
     }  # fmt: skip
-    asked = {**terms, "target": job.target, "maps": maps, "layer": view_layer.name,
+    target = "corners" if job.target == "vertices" else job.target
+    asked = {**terms, "target": target, "maps": maps, "layer": view_layer.name,
              "light": [kind for kind in ("direct", "indirect") if job.wants(kind)]}  # fmt: skip
     seen = fingerprint(scene, view_layer)
     key = hashlib.sha256(f"{seen} {json.dumps(asked)}".encode()).hexdigest()
@@ -115,7 +117,8 @@ def _rendered(scene, view_layer, job, resolution, maps, samples, seed) -> Iterat
     found, kinds = {}, [kind for kind in ("direct", "indirect") if job.wants(kind)]
     for k, kind in enumerate(kinds):
         if job.target == "lightmap":
-            work = lightmap_passes(scene, view_layer, maps, resolution[0], passes=(kind.upper(),), **terms)
+            uvs, sides = ({name: each[k] for name, each in maps.items()} for k in (0, 1))
+            work = lightmap_passes(scene, view_layer, uvs, sides, passes=(kind.upper(),), **terms)
         else:
             work = vertex_passes(scene, view_layer, list(maps), passes=(kind.upper(),), **terms)
         baked = yield from within(k / len(kinds), (k + 1) / len(kinds), work)

@@ -128,7 +128,7 @@ def lightmap_reference(
     scene: bpy.types.Scene,
     view_layer: bpy.types.ViewLayer,
     uv_maps: dict[str, str],
-    resolution: int,
+    resolution: int | dict[str, int],
     samples: int,
     bounces: int,
     seed: int,
@@ -136,7 +136,8 @@ def lightmap_reference(
 ) -> dict[str, np.ndarray]:
     """Lightmaps at the current frame by `object.bake`: object name -> (resolution, resolution, 4) float32.
 
-    uv_maps: object name -> the UV map to bake to. passes: "DIRECT", "INDIRECT" or both.
+    uv_maps: object name -> the UV map to bake to. resolution: of all, or of each object.
+    passes: "DIRECT", "INDIRECT" or both.
     The fourth channel is 1 on texels whose centre a face covers, 0 elsewhere; there is no margin.
     Raises ValueError for objects that are no mesh of the view layer or lack the UV map, RuntimeError where Cycles
     refuses.
@@ -148,7 +149,7 @@ def lightmap_passes(
     scene: bpy.types.Scene,
     view_layer: bpy.types.ViewLayer,
     uv_maps: dict[str, str],
-    resolution: int,
+    resolution: int | dict[str, int],
     samples: int,
     bounces: int,
     seed: int,
@@ -160,13 +161,15 @@ def lightmap_passes(
             raise ValueError(f"Object '{obj.name}' has no UV map '{uv_maps[obj.name]}': unwrap it, or choose another")
 
     def baked(copy, layer, obj) -> np.ndarray:
-        with bake_image(resolution) as image, materials_with(obj, image):
+        side = sides[obj.name]
+        with bake_image(side) as image, materials_with(obj, image):
             _bake(copy, layer, obj, passes, target="IMAGE_TEXTURES", uv_layer=uv_maps[obj.name])
-            pixels = np.empty((resolution, resolution, 4), np.float32)
+            pixels = np.empty((side, side, 4), np.float32)
             image.pixels.foreach_get(pixels.ravel())
             return pixels
 
-    goes = _goes(samples, resolution**2)
+    sides = resolution if isinstance(resolution, dict) else dict.fromkeys(uv_maps, resolution)
+    goes = _goes(samples, max(sides.values(), default=1) ** 2)
     return (yield from _each(scene, view_layer, uv_maps, goes, (samples, bounces, seed), baked))
 
 
@@ -179,8 +182,9 @@ def vertex_reference(
     seed: int,
     passes: tuple[str, ...] = ("INDIRECT",),
 ) -> dict[str, np.ndarray]:
-    """Light at the vertices of objects' own meshes by `object.bake`: object name -> (v, 3) float32.
+    """Light at the face corners of objects' own meshes by `object.bake`: object name -> (corners, 3) float32.
 
+    For an attribute of points Blender takes the mean of just these, those inside of walls included.
     Raises ValueError for objects that are no mesh of the view layer, RuntimeError where Cycles refuses.
     """
     return finish(vertex_passes(scene, view_layer, names, samples, bounces, seed, passes))
@@ -200,11 +204,11 @@ def vertex_passes(
     def baked(copy, layer, obj) -> np.ndarray:
         with vertex_colors(obj.data) as name:
             _bake(copy, layer, obj, passes, target="VERTEX_COLORS")
-            rgba = np.empty((len(obj.data.vertices), 4), np.float32)
+            rgba = np.empty((len(obj.data.loops), 4), np.float32)
             obj.data.attributes[name].data.foreach_get("color", rgba.ravel())
             return rgba[:, :3].copy()
 
-    most = max((len(obj.data.vertices) for obj in _meshes(view_layer, names)), default=1)
+    most = max((len(obj.data.loops) for obj in _meshes(view_layer, names)), default=1)
     return (yield from _each(scene, view_layer, names, _goes(samples, most), (samples, bounces, seed), baked))
 
 

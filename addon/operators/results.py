@@ -4,7 +4,7 @@
 
 import bpy
 from bpy.app.translations import pgettext_rpt as rpt_
-from bpy.props import EnumProperty
+from bpy.props import BoolProperty, EnumProperty
 from bpy.types import Operator
 
 from .. import baked, preview
@@ -33,6 +33,12 @@ class GI_OT_apply(Operator):
     bl_label = "Apply to Materials"
     bl_options = {"REGISTER", "UNDO"}
 
+    gltf: BoolProperty(
+        name="For glTF Export",
+        description="Give lightmaps to Blender's glTF exporter too, as the materials' occlusion on a UV map of its own",
+        default=False,
+    )
+
     @classmethod
     def poll(cls, context):
         if busy(cls) or no_line(cls, context):
@@ -43,7 +49,7 @@ class GI_OT_apply(Operator):
         return True
 
     def execute(self, context):
-        names = hookup.apply(context.scene)
+        names = hookup.apply(context.scene, self.gltf)
         self.report({"INFO"}, rpt_("Applied to {:d} materials").format(len(names)))
         return {"FINISHED"}
 

@@ -459,6 +459,12 @@ _TEXTS = {
     "Glossy Lookup": "光泽查询",
     "glTF": "glTF",
     "Lightmap Group": "光照贴图组",
+    "How reflected light on the object is found, in lightmaps and at vertices": "物体上的反射光如何求得，用于光照贴图和顶点",
+    "Scene's": "同场景",
+    "For glTF Export": "用于 glTF 导出",
+    "Give lightmaps to Blender's glTF exporter too, as the materials' occlusion on a UV map of its own": "也把光照贴图交给 "
+    "Blender 的 glTF 导出器，作为材质的遮蔽，使用单独的 UV 贴图",
+    "The technique that is chosen for all": "为所有物体选择的技术",
     "Missing": "缺少时",
     "Never": "从不",
     "Object": "物体",

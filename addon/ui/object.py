@@ -20,5 +20,5 @@ class GI_PT_object(Panel):
     def draw(self, context):
         layout = self.layout
         layout.use_property_split, layout.use_property_decorate = True, False
-        for name in ("use", "casts", "lightmap_factor", "lightmap_group"):
+        for name in ("use", "casts", "lightmap_factor", "lightmap_group", "method"):
             prop(layout, context.object.gi_bake, name, context)

@@ -74,25 +74,48 @@ def write_irradiance(irradiance: dict[str, np.ndarray], name: str = ATTRIBUTE) -
         mesh.update()
 
 
-def write_corners(irradiance: dict[str, np.ndarray], name: str = CORNERS) -> None:
+def loops_of(obj: bpy.types.Object, vertex: np.ndarray) -> np.ndarray:
+    """The face corners of an object's own mesh that triangles' corners are: (3 t,), the latters' vertices -> (3 t,).
+
+    Modifiers that move vertices may cut faces into other triangles. Raises AttributeTargetError where the triangles are
+    not the mesh's.
+    """
+    mesh = obj.data
+    mesh.calc_loop_triangles()
+    faces = np.empty(len(mesh.loop_triangles), np.int64)
+    mesh.loop_triangles.foreach_get("polygon_index", faces)
+    if len(vertex) != 3 * len(faces):
+        raise AttributeTargetError(
+            f"Object '{obj.name}': light for {len(vertex) // 3} triangles does not fit its mesh of {len(faces)}: "
+            "modifiers change the mesh; apply them, or bake to a lightmap"
+        )
+    totals, own = np.empty(len(mesh.polygons), np.int32), np.empty(len(mesh.loops), np.int32)
+    mesh.polygons.foreach_get("loop_total", totals)
+    mesh.loops.foreach_get("vertex_index", own)
+    keys = np.repeat(np.arange(len(totals)), totals) * len(mesh.vertices) + own
+    order = np.argsort(keys)
+    asked = np.repeat(faces, 3) * len(mesh.vertices) + vertex
+    found = order[np.minimum(np.searchsorted(keys, asked, sorter=order), len(order) - 1)]
+    if not np.array_equal(keys[found], asked):
+        raise AttributeTargetError(
+            f"Object '{obj.name}': its faces are not those that were baked: modifiers change the mesh; apply them, or "
+            "bake to a lightmap"
+        )
+    return found
+
+
+def write_corners(irradiance: dict[str, np.ndarray], vertices: dict[str, np.ndarray], name: str = CORNERS) -> None:
     """Store light at the corners of triangles, object name -> (3 t, 3) float32, as a FLOAT_COLOR attribute of its face
     corners, alpha 1; a corner that several triangles of a face share takes their mean.
 
+    vertices: object name -> (3 t,) int, the vertices of the triangles' corners.
     Raises what `write_irradiance` raises, where it does.
     """
     objects = {bpy.data.objects[key]: values for key, values in irradiance.items()}
     check_targets(list(objects), name, "CORNER")
+    loops = {obj: loops_of(obj, vertices[obj.name]) for obj in objects}
     for obj, values in objects.items():
-        obj.data.calc_loop_triangles()
-        if len(values) != 3 * len(obj.data.loop_triangles):
-            raise AttributeTargetError(
-                f"Object '{obj.name}': light for {len(values) // 3} triangles does not fit its mesh of "
-                f"{len(obj.data.loop_triangles)}: modifiers change the mesh; apply them, or bake to a lightmap"
-            )
-    for obj, values in objects.items():
-        mesh = obj.data
-        corner = np.empty(3 * len(mesh.loop_triangles), np.int32)
-        mesh.loop_triangles.foreach_get("loops", corner)
+        mesh, corner = obj.data, loops[obj]
         count = np.maximum(np.bincount(corner, minlength=len(mesh.loops)), 1)
         rgba = np.ones((len(mesh.loops), 4), np.float32)
         for c in range(3):

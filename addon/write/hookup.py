@@ -12,7 +12,7 @@ from collections.abc import Iterator
 
 import bpy
 
-from . import lightmap_uvs
+from . import hookup_gltf, lightmap_uvs
 from .images import MARK
 from .placement import LIGHT, PLACE, Placement, forget, placement
 
@@ -36,10 +36,13 @@ _INPUTS = {
         "Metallic": "Metallic",
         "Transmission": "Transmission Weight",
         "Alpha": "Alpha",
-        "Emission": "Emission Color",
-        "Emission Strength": "Emission Strength",
     },
 }
+
+# What a surface sends out by itself: socket of an Emission node -> of the BSDF. The node stands beside the group, since
+# Blender's glTF exporter takes the first that it finds, and nothing that lies in groups, for the material's emission.
+_GLOW = {"Color": "Emission Color", "Strength": "Emission Strength"}
+_GLOWS = "gi_lightmap_glow"
 
 _log = logging.getLogger(__name__)
 
@@ -48,9 +51,10 @@ class HookupError(ValueError):
     """Lightmaps cannot be shown; the message says why and what helps."""
 
 
-def apply(scene: bpy.types.Scene) -> list[str]:
+def apply(scene: bpy.types.Scene, gltf: bool = False) -> list[str]:
     """Makes the scene's materials show its lightmaps; names of the materials. Done before, it is done anew.
 
+    gltf: for Blender's glTF exporter too, as occlusion, see `hookup_gltf`.
     Left alone are linked materials, those without nodes and those without a diffuse BSDF.
     Raises HookupError, before anything changes, where there are no lightmaps, where one material would have to choose
     from too many images, or where they hold different kinds of light.
@@ -69,8 +73,16 @@ def apply(scene: bpy.types.Scene) -> list[str]:
             raise HookupError(
                 f"lightmaps of objects with the material '{tree.name}' hold different light: bake them alike"
             )
+    materials: dict[bpy.types.Material, set] = {}
+    for obj, found in places.items() if gltf else ():
+        for material in _materials(obj):
+            materials.setdefault(material, set()).add(found.image)
+    if gltf and (reason := hookup_gltf.why_not(places, materials)):
+        raise HookupError(reason)
     uv = _common_uv(places)
     remove(scene)
+    if gltf:
+        hookup_gltf.add(scene, places, materials)
     if uv == lightmap_uvs.NAME:
         _copy_uvs(places)
     number = {image: 1 + k for k, image in enumerate(_pages(places))}
@@ -97,6 +109,7 @@ def remove(scene: bpy.types.Scene) -> list[str]:
 
     What the user changed in between stays: where a group stood, what led into it leads on to where it led.
     """
+    hookup_gltf.remove(scene)
     groups = {g for g in bpy.data.node_groups if _SCENE in g.keys() and g[_SCENE] in (scene, None)}
     changed = set()
     for tree in _every_tree():
@@ -214,12 +227,18 @@ def _insert(tree: bpy.types.NodeTree, bsdf: bpy.types.Node, group: bpy.types.Nod
     node.node_tree, node.name, node.label = group, NAME, NAME
     node.select, node.parent = False, bsdf.parent
     node.location = bsdf.location[0] + bsdf.width + 20, bsdf.location[1]
-    for name, theirs in _INPUTS[bsdf.type].items():
-        source = bsdf.inputs[theirs]
-        if source.is_linked:
-            tree.links.new(source.links[0].from_socket, node.inputs[name])
-        else:
-            node.inputs[name].default_value = source.default_value
+    glow = tree.nodes.new("ShaderNodeEmission")
+    glow[_GLOWS], glow.select, glow.parent, glow.location = True, False, bsdf.parent, node.location
+    glow.location[1] -= 200
+    glow.inputs["Strength"].default_value = 0.0
+    tree.links.new(glow.outputs[0], node.inputs["Emission"])
+    for made, names in ((node, _INPUTS[bsdf.type]), (glow, _GLOW)):
+        for name, theirs in names.items():
+            source = bsdf.inputs.get(theirs)
+            if source and source.is_linked:
+                tree.links.new(source.links[0].from_socket, made.inputs[name])
+            elif source:
+                made.inputs[name].default_value = source.default_value
     for target in targets:
         tree.links.new(node.outputs[0], target)
     tree.links.new(bsdf.outputs[0], node.inputs["Shader"])
@@ -229,7 +248,9 @@ def _bypass(tree: bpy.types.NodeTree, node: bpy.types.Node) -> None:
     """Takes a group out and joins what it stood between."""
     source = next((link.from_socket for link in node.inputs["Shader"].links), None) if len(node.inputs) else None
     targets = [link.to_socket for output in node.outputs for link in output.links]
-    tree.nodes.remove(node)
+    glows = {link.from_node for socket in node.inputs for link in socket.links if _GLOWS in link.from_node.keys()}
+    for made in (node, *glows):
+        tree.nodes.remove(made)
     for target in targets if source else ():
         tree.links.new(source, target)
 
@@ -241,13 +262,12 @@ def _group(scene: bpy.types.Scene, pages: dict[int, bpy.types.Image], uv: str) -
     sockets = tree.interface
     sockets.new_socket("Shader", in_out="OUTPUT", socket_type="NodeSocketShader")
     sockets.new_socket("Shader", in_out="INPUT", socket_type="NodeSocketShader")
+    sockets.new_socket("Emission", in_out="INPUT", socket_type="NodeSocketShader")
     for name, kind, value in (
         ("Color", "NodeSocketColor", (0.8, 0.8, 0.8, 1.0)),
         ("Metallic", "NodeSocketFloat", 0.0),
         ("Transmission", "NodeSocketFloat", 0.0),
         ("Alpha", "NodeSocketFloat", 1.0),
-        ("Emission", "NodeSocketColor", (0.0, 0.0, 0.0, 1.0)),
-        ("Emission Strength", "NodeSocketFloat", 0.0),
     ):
         sockets.new_socket(name, in_out="INPUT", socket_type=kind).default_value = value
     nodes, link = tree.nodes, tree.links.new
@@ -291,15 +311,16 @@ def _group(scene: bpy.types.Scene, pages: dict[int, bpy.types.Image], uv: str) -
     share = math("MULTIPLY", 8, diffuse, has)
     reflected = vector("MULTIPLY", 7, light, given["Color"])
     if next(iter(pages.values())).get(LIGHT, "combined") == "combined":
-        glow = node("ShaderNodeVectorMath", 7, given["Emission"], operation="SCALE")
-        link(given["Emission Strength"], glow.inputs["Scale"])
-        baked = node("ShaderNodeEmission", 9, vector("ADD", 8, reflected, glow.outputs[0])).outputs[0]
+        light = node("ShaderNodeEmission", 8, reflected).outputs[0]
+        baked = node("ShaderNodeAddShader", 9, given["Emission"], light).outputs[0]
         clear = node("ShaderNodeBsdfTransparent", 9).outputs[0]
         solid = node("ShaderNodeMixShader", 10, given["Alpha"], clear, baked).outputs[0]
         shown = node("ShaderNodeMixShader", 11, share, given["Shader"], solid).outputs[0]
     else:
         strength = math("MULTIPLY", 9, share, given["Alpha"])
         added = node("ShaderNodeEmission", 10, reflected, strength).outputs[0]
-        shown = node("ShaderNodeAddShader", 11, given["Shader"], added).outputs[0]
+        # That glows already.
+        glowing = node("ShaderNodeMixShader", 10, 0.0, given["Shader"], given["Emission"]).outputs[0]
+        shown = node("ShaderNodeAddShader", 11, glowing, added).outputs[0]
     node("NodeGroupOutput", 12, shown)
     return tree

@@ -143,13 +143,13 @@ def _lacking(meshes: list[bpy.types.Mesh]) -> Iterator[tuple[str, float]]:
     return [mesh for mesh, fits in zip(meshes, fit) if not fits]
 
 
-def why_not(mesh: bpy.types.Mesh) -> tuple[str, str] | None:
+def why_not(mesh: bpy.types.Mesh, name: str = NAME) -> tuple[str, str] | None:
     """Why a mesh cannot be given a UV map, and the remedy; None where it can."""
     if mesh.library is not None or mesh.override_library is not None:
         return "its mesh comes from another file", "Unwrap it there, or make it local."
     if mesh.is_editmode:
         return "it is in edit mode", "Leave edit mode."
-    if NAME not in mesh.uv_layers and len(mesh.uv_layers) >= 8:
+    if name not in mesh.uv_layers and len(mesh.uv_layers) >= 8:
         return "it has eight UV maps, and Blender allows no more", "Remove one."
     return None
 
@@ -166,9 +166,9 @@ def put_all(made: dict[bpy.types.Mesh, np.ndarray]) -> None:
         put(mesh, uvs)
 
 
-def put(mesh: bpy.types.Mesh, uvs: np.ndarray) -> None:
-    """Stores (corners, 2) float32 as the UV map NAME; the active one and the one that renders stay as they are."""
-    layer = mesh.uv_layers.get(NAME) or mesh.uv_layers.new(name=NAME, do_init=False)
+def put(mesh: bpy.types.Mesh, uvs: np.ndarray, name: str = NAME) -> None:
+    """Stores (corners, 2) float32 as a UV map; the active one and the one that renders stay as they are."""
+    layer = mesh.uv_layers.get(name) or mesh.uv_layers.new(name=name, do_init=False)
     layer.uv.foreach_set("vector", np.ascontiguousarray(uvs, np.float32).ravel())
     mesh.update()
 

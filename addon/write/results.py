@@ -45,7 +45,7 @@ def store(result: Result, scene: bpy.types.Scene, folder: Path | None = None) ->
         return [store_volume(folder / "volume.vdb", result.volume, scene, result.job.settings.blend).name]
     irradiance = {name: np.float32(np.pi) * wanted(light, result) for name, light in result.light.items()}
     if result.job.settings.domain == "corner":
-        write_corners(irradiance)
+        write_corners(irradiance, {name: light.corners.vertex for name, light in result.light.items()})
         return list(result.light)
     write_irradiance(irradiance)
     write_coverage({name: light.coverage for name, light in result.light.items() if light.coverage is not None})

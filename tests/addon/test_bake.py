@@ -60,7 +60,7 @@ def test_lightmaps_equal_cycles(cornell, tmp_path):
     settings = RsmSettings(light="indirect")
     result = baked(cornell, target="lightmap", resolution=64, settings=settings)
     coarse = baked(cornell, target="lightmap", resolution=64, settings=replace(settings, interpolation=2))
-    maps = {name: bpy.data.objects[name].data.uv_layers.active.name for name in result.light}
+    maps = {name: (bpy.data.objects[name].data.uv_layers.active.name, 64) for name in result.light}
     assert len(maps) == 7
     cycles, noise = against(result, (64, 64), 128, tmp_path, maps)
     counted = {name: light.centred & (cycles[name, "indirect"][..., 3] > 0) for name, light in result.light.items()}

@@ -12,6 +12,7 @@ import pytest
 from gi_bake.addon.bake import Job, bake
 from gi_bake.addon.compare import compare, edges, halves
 from gi_bake.addon.compare.fingerprint import fingerprint
+from gi_bake.addon.write import lightmap_uvs
 from gi_bake.gi_core import exr, metrics, sh, tiles
 from gi_bake.gi_core.lpv.settings import LpvSettings
 from gi_bake.gi_core.rsm.settings import RsmSettings
@@ -244,6 +245,26 @@ def test_lightmaps_and_vertices_are_compared_object_by_object(sample, tmp_path):
         assert set(report.metrics["rsm"]) == {kind.format(name) for name in names for kind in kinds}
     maps = sorted((tmp_path / "reference").iterdir())
     assert len(maps) == 4 and exr.read_layers(maps[0])["Combined"].shape == (16, 16, 4)
+
+
+def test_objects_that_share_a_lightmap_are_compared_each_in_its_place(sample, tmp_path):
+    scene, layer = opened(sample, "cornell")
+    names = ("Floor", "Short box", "Back wall")
+    settings = RsmSettings(samples=128, map_resolution=512, atlas="all", light="indirect")
+    result = tiles.finish(bake(scene, layer, Job(target="lightmap", objects=names, resolution=64, settings=settings)))
+    lightmap_uvs.put_all({bpy.data.meshes[name, None]: uvs for name, uvs in result.uvs.items()})
+    report = compare(result, scene, layer, 128, tmp_path)
+    [page] = result.pages
+    assert {subject.name for subject in report.subjects} == {f"{name}, indirect" for name in names}
+    for subject, place in zip(report.subjects, page.places):
+        assert subject.mask.shape == (place.side, place.side) and place.side < 64
+        assert subject.mask.mean() > 0.2
+        assert abs(report.metrics["rsm"][subject.name]["bias"]) < 0.06
+        assert report.metrics["rsm"][subject.name]["relmse"] < 0.04
+    # Walls are lit from one side: turned about, they do not fit.
+    wall = report.subjects[names.index("Back wall")]
+    turned = wall.ours["rsm"][:, ::-1][wall.mask]
+    assert metrics.relmse(turned, wall.reference[wall.mask]) > 2 * wall.measures["rsm"]["relmse"]
 
 
 def test_what_was_baked_differently_is_not_compared(sample, tmp_path):

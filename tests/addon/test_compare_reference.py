@@ -155,7 +155,7 @@ def test_lightmap_and_vertex_reference_in_an_integrating_sphere(sphere):
     direct, indirect = in_sphere(2)
     arguments = {"samples": 16, "bounces": 2, "seed": 0}
     vertices = vertex_reference(bpy.context.scene, layer(), ["Sphere"], **arguments)["Sphere"]
-    assert vertices.shape == (len(sphere.data.vertices), 3)
+    assert vertices.shape == (len(sphere.data.loops), 3)
     assert vertices.mean() == pytest.approx(indirect, rel=0.01)
     lightmap = lightmap_reference(
         bpy.context.scene, layer(), {"Sphere": "UVMap"}, 64, passes=("DIRECT", "INDIRECT"), **arguments
@@ -342,7 +342,7 @@ def test_vertices_of_the_mesh_before_modifiers(corner):
     corner.modifiers.new("Subdivide", "SUBSURF").subdivision_type = "SIMPLE"
     baked = vertex_reference(bpy.context.scene, layer(), ["Floor"], samples=64, bounces=1, seed=0)["Floor"]
     assert baked.shape == (4, 3)
-    near_wall = np.array([v.co.x > 0 for v in corner.data.vertices])
+    near_wall = np.array([corner.data.vertices[loop.vertex_index].co.x > 0 for loop in corner.data.loops])
     assert baked[near_wall, 0].min() > 1.2 * baked[~near_wall, 0].max()
 
 

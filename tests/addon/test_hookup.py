@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Lightmaps shown by materials: what Cycles renders of them, and every trace taken away again."""
 
+import json
+
 import bpy
 import numpy as np
 import pytest
@@ -119,9 +121,14 @@ def test_indirect_light_is_added_to_what_is_there(room):
     assert lit.mean() > 0.9 and np.mean(near < 0.02) > 0.98
 
 
-def test_every_trace_goes_from_materials_of_all_kinds(sample):
-    bpy.ops.wm.open_mainfile(filepath=str(sample("materials")))
+@pytest.mark.parametrize("name", ["materials", "props"])
+def test_every_trace_goes_from_materials_of_all_kinds(sample, name):
+    bpy.ops.wm.open_mainfile(filepath=str(sample(name)))
     scene = bpy.context.scene
+    if name == "props":
+        for obj in scene.objects:
+            if obj.type == "MESH" and not obj.data.uv_layers:
+                obj.data.uv_layers.new(name="UVMap")
     names = [o.name for o in scene.objects if o.type == "MESH" and o.data.uv_layers and len(o.data.polygons)]
     # Two on a map of their own, and one of which lies on the artist's.
     with_lightmaps(scene, names=names)
@@ -181,3 +188,94 @@ def test_what_cannot_be_shown_is_refused_before_anything_changes(room):
     with pytest.raises(hookup.HookupError, match="atlas=all"):
         hookup.apply(room)
     assert file_state() == before
+
+
+def exported(folder):
+    """The file that Blender's exporter writes, and its binary part."""
+    path = folder / "scene.glb"
+    bpy.ops.export_scene.gltf(filepath=str(path), export_format="GLB")
+    data = path.read_bytes()
+    size = int.from_bytes(data[12:16], "little")
+    return json.loads(data[20 : 20 + size]), data[28 + size :]
+
+
+@pytest.mark.parametrize("light", ["combined", "indirect"])
+def test_gltf_gets_lightmaps_as_occlusion(room, tmp_path, light):
+    for tree in {o.active_material.node_tree for o in room.objects if o.type == "MESH"}:
+        # The exporter knows of no other surfaces.
+        [diffuse] = [n for n in tree.nodes if n.type == "BSDF_DIFFUSE"]
+        surface = tree.nodes.new("ShaderNodeBsdfPrincipled")
+        surface.inputs["Base Color"].default_value = diffuse.inputs["Color"].default_value
+        tree.links.new(surface.outputs[0], diffuse.outputs[0].links[0].to_socket)
+        tree.nodes.remove(diffuse)
+    glowing = room.objects["Tall box"].active_material.node_tree.nodes["Principled BSDF"]
+    glowing.inputs["Emission Color"].default_value = 0.1, 0.4, 0, 1
+    glowing.inputs["Emission Strength"].default_value = 1
+    plain, _ = exported(tmp_path)
+    with_lightmaps(room, light=light)
+    before = file_state(), sorted(bpy.data.images.keys())
+    hookup.apply(room, gltf=True)
+    document, binary = exported(tmp_path)
+
+    def array(index):
+        accessor = document["accessors"][index]
+        view = document["bufferViews"][accessor["bufferView"]]
+        start = view.get("byteOffset", 0) + accessor.get("byteOffset", 0)
+        return np.frombuffer(binary, np.float32, 2 * accessor["count"], start).reshape(-1, 2)
+
+    surfaces = {m["name"]: m for m in plain["materials"]}
+    assert len({str(m["pbrMetallicRoughness"]["baseColorFactor"]) for m in plain["materials"]}) > 2
+    places = {obj.name: obj["gi_lightmap"] for obj in room.objects if "gi_lightmap" in obj}
+    nodes = [node for node in document["nodes"] if node["name"] in places]
+    assert len(nodes) == 7
+    occlusions = {}
+    assert any(np.allclose(m.get("emissiveFactor", 0), (0.1, 0.4, 0)) for m in document["materials"])
+    for node in nodes:
+        [primitive] = document["meshes"][node["mesh"]]["primitives"]
+        material = document["materials"][primitive["material"]]
+        occlusion = material.pop("occlusionTexture") if "occlusionTexture" in material else occlusions[material["name"]]
+        occlusions[material["name"]] = occlusion
+        # All else is as it was.
+        assert material == surfaces[material["name"]]
+        uvs = array(primitive["attributes"][f"TEXCOORD_{occlusion['texCoord']}"])
+        width, height, x, y = places[node["name"]]
+        # glTF counts from the top.
+        low, high = np.array([x, 1 - y - height]), np.array([x + width, 1 - y])
+        assert (uvs >= low - 1e-4).all() and (uvs <= high + 1e-4).all() and np.ptp(uvs, axis=0).min() > 0.5 * width
+        texture = document["textures"][occlusion["index"]]
+        assert document["images"][texture["source"]]["name"].startswith("all Lightmap glTF")
+    assert len(document["images"]) == 1
+    hookup.remove(room)
+    assert (file_state(), sorted(bpy.data.images.keys())) == before
+    assert not any("occlusionTexture" in m for m in exported(tmp_path)[0]["materials"])
+
+
+def test_gltf_refuses_what_it_cannot_tell_and_keeps_the_artists_occlusion(room, tmp_path):
+    with_lightmaps(room, atlas="object")
+    before = file_state()
+    with pytest.raises(hookup.HookupError, match=r"lie on \d lightmaps, and a glTF material has one.*atlas=all"):
+        hookup.apply(room, gltf=True)
+    assert file_state() == before
+    hookup.clear(room)
+    tree = room.objects["Floor"].active_material.node_tree
+    group = bpy.data.node_groups.new("glTF Material Output.001", "ShaderNodeTree")
+    group.interface.new_socket("Occlusion", in_out="INPUT", socket_type="NodeSocketFloat")
+    own, mine = tree.nodes.new("ShaderNodeGroup"), tree.nodes.new("ShaderNodeTexImage")
+    own.node_tree, mine.image = group, bpy.data.images.new("mine", 4, 4)
+    link = tree.links.new(mine.outputs[0], own.inputs["Occlusion"])
+    with_lightmaps(room)
+    before = file_state()
+    hookup.apply(room, gltf=True)
+    assert own.inputs["Occlusion"].links[0].from_node == mine
+    hookup.remove(room)
+    assert file_state() == before
+    # One that is there and free is used, and is free again.
+    tree.links.remove(link)
+    before = file_state()
+    hookup.apply(room, gltf=True)
+    assert own.inputs["Occlusion"].links[0].from_node.image.name == "all Lightmap glTF"
+    hookup.remove(room)
+    assert file_state() == before
+    room.objects["Short box"].data = room.objects["Tall box"].data
+    with pytest.raises(hookup.HookupError, match="share a mesh"):
+        hookup.apply(room, gltf=True)

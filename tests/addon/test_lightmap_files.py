@@ -3,6 +3,7 @@
 """What a bake of lightmaps leaves: directional images, files in the encodings asked for, objects kept apart."""
 
 import re
+from dataclasses import replace
 
 import bpy
 import numpy as np
@@ -14,6 +15,7 @@ from gi_bake.addon.write.placement import placement
 from gi_bake.addon.write.results import export, lightmaps, store
 from gi_bake.gi_core import exr, sh, surfels, tiles
 from gi_bake.gi_core.geometry import Geometry
+from gi_bake.gi_core.lpv.settings import LpvSettings
 from gi_bake.gi_core.rsm.settings import RsmSettings
 
 
@@ -67,14 +69,14 @@ class Options:
     """Stands for `Object.gi_bake`, by object."""
 
     def __init__(self, monkeypatch, **told):
-        from gi_bake.addon import layout, object_options
+        from gi_bake.addon import by_method, layout, object_options
         from gi_bake.addon.read import objects
         from gi_bake.addon.write import lightmap_uvs
 
         def options(obj):
             return object_options.ObjectOptions(**told.get(obj.name.replace(" ", "_"), {}))
 
-        for module in (layout, objects, lightmap_uvs):
+        for module in (by_method, layout, objects, lightmap_uvs):
             monkeypatch.setattr(module, "object_options", options)
 
 
@@ -102,6 +104,57 @@ def test_objects_have_a_resolution_and_a_group_of_their_own(cornell, monkeypatch
     result = baked(cornell, "Floor", "Ceiling", "Tall box")
     assert {page.name: page.width for page in result.pages} == {"Floor": 48, "above": 24}
     assert [p.name for p in result.pages[1].places] == ["Ceiling", "Tall box"]
+
+
+def test_objects_have_a_technique_of_their_own(cornell, monkeypatch):
+    """On one lightmap, some lit by a volume and one by a reflective shadow map."""
+    view_layer, names = bpy.context.view_layer, ("Floor", "Tall box", "Short box")
+    settings = LpvSettings(samples=8, light_samples=2, cells=16, cascades=1, map_resolution=64, atlas="all", margin=2)
+
+    def run(**more):
+        job = Job("lpv", "lightmap", names, 64, settings=replace(settings, **more))
+        return tiles.finish(bake(cornell, view_layer, job))
+
+    plain = run()
+    Options(monkeypatch, Tall_box={"method": "rsm"})
+    mixed = run()
+    assert mixed.pages == plain.pages and set(mixed.hashes) == set(names)
+    [page] = mixed.pages
+    before, after = plain.light[page.name], mixed.light[page.name]
+    assert np.array_equal(before.valid, after.valid) and np.array_equal(before.filled, after.filled)
+    for place in page.places:
+        square = np.zeros_like(before.valid)
+        square[place.y : place.y + place.side, place.x : place.x + place.side] = True
+        # The surrounding objects' borders may reach into the square, but not onto the object.
+        own = before.valid & square
+        same = np.isclose(before.indirect[own], after.indirect[own], rtol=1e-3, atol=1e-5).all(-1)
+        if place.name == "Tall box":
+            lit = before.indirect[own].max(-1) > 1e-3
+            assert same[lit].mean() < 0.1 and mixed.hashes[place.name] != plain.hashes[place.name]
+            # Another technique, but the same light.
+            assert after.indirect[own].mean() == pytest.approx(before.indirect[own].mean(), rel=0.25)
+        else:
+            assert same.mean() > 0.99 and mixed.hashes[place.name] == plain.hashes[place.name]
+    # A change of technique is a change of the object, and of it alone.
+    store(mixed, cornell)
+    assert not run(rebake="changed").light
+    Options(monkeypatch)
+    again = run(rebake="changed")
+    assert "gather" in again.stages and np.allclose(lightmaps(again)[page.name], lightmaps(plain)[page.name], atol=0.02)
+
+
+def test_vertices_have_their_objects_technique(cornell, monkeypatch):
+    Options(monkeypatch, Tall_box={"method": "lpv"})
+    settings = RsmSettings(samples=16, map_resolution=64, light="indirect")
+    job = Job(target="vertices", objects=("Tall box", "Short box"), settings=settings)
+    result = tiles.finish(bake(cornell, bpy.context.view_layer, job))
+    assert set(result.light) == {"Tall box", "Short box"} and result.job == job
+    assert any(text.startswith("volume") for text in result.warnings)
+    Options(monkeypatch)
+    plain = tiles.finish(bake(cornell, bpy.context.view_layer, job))
+    same = {name: np.allclose(light.indirect, plain.light[name].indirect) for name, light in result.light.items()}
+    assert not same["Tall box"]
+    assert not any(text.startswith("volume") for text in plain.warnings)
 
 
 def test_only_changed_objects_are_baked_again(cornell):

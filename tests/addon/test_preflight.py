@@ -185,6 +185,11 @@ def test_uv_maps(sound):
         ("UV_OUTSIDE", "WARNING", "outside"),
         ("UV_OVERLAP", "WARNING", "twice"),
     ]
+    # With the share that it is about: here of two triangles the one with twice the other's area.
+    bpy.data.objects["outside"].data.uv_layers["map"].uv.foreach_set("vector", [0, 0, 1, 0, 1, 1, -1, 1])
+    told = {f.code: f.message for f in check(bpy.context.scene, bpy.context.view_layer, target="lightmap")}
+    assert "66.7% of UV map 'map' of 'outside'" in told["UV_OUTSIDE"]
+    assert "'twice' overlap on 100.0% of UV map 'map'" in told["UV_OVERLAP"]
     assert found(target="lightmap", objects=("square",)) == []
     assert found(target="lightmap", objects=("square",), uv="other") == [("NO_UV_MAP", "ERROR", "square")]
     assert found(target="image") == []

@@ -24,7 +24,7 @@ with quiet():
     import bpy
     from gi_bake.addon import preflight
     from gi_bake.addon.bake import Job, Refused, bake
-    from gi_bake.addon.compare import _camera, _objects, _size, uv_maps
+    from gi_bake.addon.compare import _camera, _objects, _size, comparable, maps
     from gi_bake.addon.compare.curves import CYCLES_SAMPLES, curves
     from gi_bake.addon.compare.halves import truth
     from gi_bake.addon.read.images import ImageReader
@@ -94,19 +94,20 @@ def sample(name, method, target, side, texels, objects, reference, settings, fol
     except Refused as refused:
         return {key: {"refused": ", ".join(sorted({f.code for f in refused.findings if f.severity == "ERROR"}))}}
     if target != "volume":
-        row |= errors(scene, view_layer, job, result, names, reference[target], folder / f"{name} {target}")
+        row |= errors(scene, view_layer, job, result, reference[target], folder / f"{name} {target}")
     return {key: row}
 
 
-def errors(scene, view_layer, job, result, names, samples, folder):
+def errors(scene, view_layer, job, result, samples, folder):
     """relMSE and bias of indirect light over all that counts, the reference's noise, and how long that took; of bakes
     also how long Cycles takes to a single sample."""
     (folder / "begin").mkdir(parents=True, exist_ok=True)
     lightmap_uvs.put_all({bpy.data.meshes[name, None]: uvs for name, uvs in result.uvs.items()})
-    what = scene, view_layer, job, _size(result), uv_maps(result, names)
+    names, _ = comparable(result, view_layer) if job.target != "image" else ([], [])
+    what = scene, view_layer, job, _size(result), maps(result, names)
     found = truth(*what, samples, folder)
     results = {job.method: result}
-    every = _camera(results, found, None) if job.target == "image" else _objects(results, found, list(names))
+    every = _camera(results, found, None) if job.target == "image" else _objects(results, found, names, view_layer)
     every = [s for s in every if s.kind == "indirect"]
     if not every:
         return {}
