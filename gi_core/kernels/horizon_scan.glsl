@@ -90,7 +90,11 @@ void kernel(int i)
         continue;
       }
       int tap = int(y) * width + int(x);
+#if SHOWN
+      vec3 facing = shown(tap);
+#else
       vec3 facing = normal(tap);
+#endif
       if (facing == vec3(0.0)) {
         continue;
       }

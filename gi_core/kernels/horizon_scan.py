@@ -32,14 +32,17 @@ _POWER = 2.5
 _STRETCH = np.float32(1.5)
 
 
-def horizon_scan(pixels, position, normal, color, u, pixel, parallel: bool, thickness: float, steps: int, span: float):
+def horizon_scan(
+    pixels, position, normal, color, u, pixel, parallel: bool, thickness: float, steps: int, span: float, shown=None
+):
     """Light that pixels get from what the image shows, over one slice each.
 
     pixels: (n,) int32, which ones, of each as many slices as u has rows for it. position, normal: (h, w, 3) float32 in
         camera space, x to the right, y up, z ahead; a normal of zero where no surface is. color: (h, w, c) float32
         radiance. u: (m, 3) float32 in [0, 1): the slice's turn, the first step, the rounding. pixel: pixels in a unit
         along x and along y, on the plane z = 1 in perspective. parallel: the projection. thickness: of what is seen, as
-        a share of its distance. steps: on either side. span: the longest way [pixels].
+        a share of its distance. steps: on either side. span: the longest way [pixels]. shown: (h, w, 3), the normals of
+    the surfaces that the image shows, where those that light arrives by are others.
     Returns (m, c) float32, mean radiance E/π, and (m,) float32, the share of it from where the image shows nothing.
     """
     h, w, c = color.shape
@@ -47,6 +50,7 @@ def horizon_scan(pixels, position, normal, color, u, pixel, parallel: bool, thic
     position, normal, color = position.reshape(-1, 3), normal.reshape(-1, 3), color.reshape(-1, c)
     away = np.broadcast_to(np.array([0, 0, 1], np.float32), position.shape) * position[:, 2:] if parallel else position
     here, up = position[pixels], normal[pixels]
+    shown = normal if shown is None else shown.reshape(-1, 3)
     view = -normalize(away[pixels])
     b1, b2 = frame(view)
     turn = (np.float32(np.pi) * u[:, 0])[:, None]
@@ -80,7 +84,7 @@ def horizon_scan(pixels, position, normal, color, u, pixel, parallel: bool, thic
             x, y = (np.round(a + side * r * way[:, i]) for i, a in enumerate((column, row)))
             inside = (x >= 0) & (x < w) & (y >= 0) & (y < h)
             tap = (np.where(inside, y, 0) * w + np.where(inside, x, 0)).astype(np.int32)
-            at, facing = position[tap], normal[tap]
+            at, facing = position[tap], shown[tap]
             # From the pixel's centre to the stretch's ends.
             off = np.stack([column - x, row - y], -1)
             first, final = (
@@ -101,16 +105,19 @@ def horizon_scan(pixels, position, normal, color, u, pixel, parallel: bool, thic
 
 
 def horizon_scan_on_gpu(
-    gpu, pixels, position, normal, color, u, pixel, parallel: bool, thickness: float, steps: int, span: float
-):
+    gpu, pixels, position, normal, color, u, pixel, parallel: bool, thickness: float, steps: int, span: float,
+    shown=None,
+):  # fmt: skip
     (h, w, c), n = color.shape, len(u)
     arrived, open_share = gpu.empty((n, c), c), gpu.empty((n,), 1)
     inputs = {"pixels": (pixels, 1), "position": (position, 3), "normal": (normal, 3), "color": (color, c), "u": (u, 3)}
+    inputs |= {} if shown is None else {"shown": (shown, 3)}
     gpu.dispatch(
         "horizon_scan", n, inputs, {"arrived": arrived, "open_share": open_share},
         integers={"width": w, "height": h, "parallel": parallel, "steps": steps},
         floats={"unit_x": pixel[0], "unit_y": pixel[1], "thickness": thickness, "span": span},
-        defines={"SLICES": n // max(1, len(pixels))}, with_sources=("angles", "hash01", "sampling"), steps=8 * steps,
+        defines={"SLICES": n // max(1, len(pixels)), "SHOWN": int(shown is not None)},
+        with_sources=("angles", "hash01", "sampling"), steps=8 * steps,
     )  # fmt: skip
     return arrived, open_share
 

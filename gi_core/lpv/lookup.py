@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from .. import sh
+from ..bump import mean_shadowing
 from ..device import NUMPY, Device
 from ..kernels.lpv_received import received
 from ..kernels.lpv_trilinear import corners, mixed, trilinear
@@ -98,6 +99,8 @@ def indirect(tracer: Tracer, surfels: Surfels, volume: Volume, settings: LpvSett
         here, ahead = surfels[part], None
         found = coefficients(tracer, volume.levels, settings, here.origin, here.face, device)
         factor = np.full(len(here), settings.intensity, np.float32)
+        if here.is_bumpy:
+            factor *= mean_shadowing(here.smooth, here.normal)
         if settings.derivative_damping:
             step = np.float32(_STEP * volume.levels[0].grid.cell) * here.normal
             ahead = coefficients(tracer, volume.levels, settings, here.origin + step, here.face, device)
