@@ -56,6 +56,7 @@ def from_lamp(
         side = np.sign(dot(face, arrival.direction[shone]))[:, None]
         origin = offset(surfels.position[row[shone]], face * side)
         cosine[shone] *= tracer.transmittance(origin, arrival.direction[shone], far)
+    cosine[shone] *= surfels.shadowing(row[shone], arrival.direction[shone])
     irradiance = np.zeros((n * samples, 3), np.float32)
     irradiance[shone] = arrival.irradiance[shone] * cosine[shone, None]
     if brdf:
@@ -90,6 +91,8 @@ def from_environment(
         density = (1 - sky.share) * cosine[up] / np.pi + sky.share * sky.pdf(direction[up])
         # By rounding a ray may leave the light that it was drawn from.
         worth = np.divide(cosine[up], density, out=np.zeros(len(up)), where=density > 0).astype(np.float32)[:, None]
+    if surfels.is_bumpy:
+        seen = seen * surfels.shadowing(row[up], direction[up])[:, None]
     arrived = np.zeros((n * count, 3), np.float32)
     arrived[up] = worth * seen * sky.radiance(direction[up])
     if brdf:

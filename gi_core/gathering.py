@@ -10,6 +10,7 @@ import numpy as np
 
 from . import tiles
 from .device import NUMPY, Device
+from .kernels.vpl_bump import bumped
 from .kernels.vpl_gather import added, chosen, unshadowed
 from .kernels.vpl_shadowed import shadowed
 from .sampling import Samples, hash01
@@ -73,8 +74,16 @@ def gathered(
 
 
 def _gathered(tracer, here, vpls, lights, pattern, visibility, bound, candidates) -> np.ndarray:
-    picked = chosen(here, lights, pattern, bound, candidates)
+    picked = _picked(NUMPY, here, lights, pattern, bound, candidates)
     return _seen(tracer, here, vpls, picked) if visibility else added(picked, vpls.flux)
+
+
+def _picked(device: Device, here: Surfels, lights: Packed, *how):
+    """What `chosen` gives, with what relief takes of it, on the device."""
+    picked = device.run(chosen, here, lights, *how)
+    if not here.is_bumpy:
+        return picked
+    return device.run(bumped, picked, here.position, here.normal, here.smooth, lights.at)
 
 
 def _seen(tracer: Tracer, here: Surfels, vpls: Vpls, picked: np.ndarray) -> np.ndarray:
@@ -108,7 +117,8 @@ def gather(
     if device is not NUMPY:
         lights = lights.on(device)
         # Of the lights of all no list is made where they are not asked for one by one.
-        samples = 1 if isinstance(pattern, Every) and not visibility else pattern.lights // candidates
+        at_once = isinstance(pattern, Every) and not visibility and not surfels.is_bumpy
+        samples = 1 if at_once else pattern.lights // candidates
         parts = tiles.slices(len(surfels), _DEVICE_PAIRS // samples)
         for k, part in enumerate(parts):
             work = _on_device(device, tracer, surfels[part], vpls, lights, pattern, visibility, bound.kind, candidates)
@@ -127,16 +137,22 @@ def _on_device(device: Device, tracer, here, vpls, lights, pattern, visibility, 
     """Irradiance at surfels, all at once but for Embree's rays. A generator of progress; returns (n, 3) float32."""
     asked = here, lights, pattern, bound, candidates
     if not visibility:
-        return device.numpy((yield from device.each(lambda _: device.run(unshadowed, *asked), len(here), len(here))))
+
+        def unseen(_):
+            if here.is_bumpy:
+                return device.run(added, _picked(device, *asked), lights.flux)
+            return device.run(unshadowed, *asked)
+
+        return device.numpy((yield from device.each(unseen, len(here), len(here))))
     if tracer.on_card:
 
         def work(_):
-            picked = device.run(chosen, *asked)
+            picked = _picked(device, *asked)
             seen = device.run(shadowed, picked, here.origin, here.face, lights.origin, tracer.on_card.bvh)
             return device.run(added, seen, lights.flux)
 
         return device.numpy((yield from device.each(work, len(here), len(here))))
-    picked = device.numpy((yield from device.each(lambda _: device.run(chosen, *asked), len(here), len(here))))
+    picked = device.numpy((yield from device.each(lambda _: _picked(device, *asked), len(here), len(here))))
     irradiance = np.zeros((len(here), 3), np.float32)
 
     def tile(part: slice):

@@ -7,7 +7,7 @@ from operator import attrgetter
 
 import numpy as np
 
-from .scene import ColorSource, Mesh, Scene
+from .scene import BLACK, ColorSource, Mesh, Scene
 from .texture import sample
 from .vectors import length, normalize
 
@@ -101,10 +101,24 @@ class Geometry:
 
     def shading_normal(self, triangle: np.ndarray, weights: np.ndarray) -> np.ndarray:
         """Unit interpolated corner normals: (n,), (n, 3) -> (n, 3) float32."""
-        local = np.einsum("nk,nkc->nc", weights, self._normals[self.mesh_triangle(triangle)])
-        return normalize(
-            np.einsum("nij,nj->ni", self._normal_matrix[self.instance[triangle]], local).astype(np.float32)
-        )
+        return self._to_world(triangle, np.einsum("nk,nkc->nc", weights, self._normals[self.mesh_triangle(triangle)]))
+
+    def mapped_normal(self, triangle: np.ndarray, weights: np.ndarray, smooth: np.ndarray) -> np.ndarray:
+        """Unit normals that materials give: (n,), (n, 3) -> (n, 3) float32; the interpolated ones, `smooth` (n, 3),
+        where they give none."""
+        sources = [m.normal for m in self.scene.materials]
+        material = self.material(triangle)
+        here = np.flatnonzero(np.array([s is not None for s in sources], bool)[material])
+        local = self._color([s or BLACK for s in sources], material[here], triangle[here], weights[here])
+        mapped = self._to_world(triangle[here], local)
+        out = smooth.copy()
+        out[here] = np.where(np.any(mapped != 0, -1, keepdims=True), mapped, smooth[here])
+        return out
+
+    def _to_world(self, triangle: np.ndarray, local: np.ndarray) -> np.ndarray:
+        """Unit normals in the world from normals in meshes' own space: (n,), (n, 3) -> (n, 3) float32."""
+        matrix = self._normal_matrix[self.instance[triangle]]
+        return normalize(np.einsum("nij,nj->ni", matrix, local).astype(np.float32))
 
     def material(self, triangle: np.ndarray) -> np.ndarray:
         """Index into `scene.materials`: (n,) -> (n,) int32. A slot that the object lacks counts as its last one."""
@@ -132,6 +146,11 @@ class Geometry:
         """Whether any surface reflects more than its albedo."""
         return any(np.any(m.gloss_albedo.value) for m in self.scene.materials)
 
+    @cached_property
+    def has_normal_maps(self) -> bool:
+        """Whether any surface has other normals than its mesh."""
+        return any(m.normal is not None for m in self.scene.materials)
+
     def alpha(self, triangle: np.ndarray, weights: np.ndarray) -> np.ndarray:
         """How solid the surface is at points, 0…1: (n,), (n, 3) -> (n,) float32."""
         return np.clip(self.color("alpha", triangle, weights)[:, 0], 0, 1)
@@ -153,8 +172,10 @@ class Geometry:
     def color(self, source: str, triangle: np.ndarray, weights: np.ndarray) -> np.ndarray:
         """A material property ("albedo", "emission", "alpha", "gloss.roughness" …) at points: (n,), (n, 3) -> (n, 3)
         float32."""
-        sources: list[ColorSource] = [attrgetter(source)(m) for m in self.scene.materials]
-        material = self.material(triangle)
+        sources = [attrgetter(source)(m) for m in self.scene.materials]
+        return self._color(sources, self.material(triangle), triangle, weights)
+
+    def _color(self, sources: list[ColorSource], material, triangle, weights) -> np.ndarray:
         out = np.array([s.value for s in sources], np.float32)[material]
         for m in np.unique(material):
             if sources[m].texture is not None:

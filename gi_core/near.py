@@ -70,6 +70,7 @@ def short_rays(tracer: Tracer, here: Surfels, field: NearField, seed: int) -> tu
     d = met.position - here.position[row]
     cosines = dot(here.normal[row], direction) * np.maximum(-dot(met.face, direction), 0)
     share = np.maximum(0, 1 - np.pi * dot(d, d) / (field.area * np.maximum(cosines, 1e-20)))
+    share *= here.shadowing(row, direction)
     near = np.flatnonzero(share)
     return row[near], met[near], share[near]
 

@@ -76,7 +76,8 @@ def of_page(geometry: Geometry, page: Page, side: int = 0) -> Receiver:
         here, centred = zip(*parts)
         surface = Surfels.concatenate(list(here))
         if side:
-            surface = replace(surface, normal=directional.tilted(surface.normal, side))
+            normal = directional.tilted(surface.normal, side)
+            surface = replace(surface, normal=normal, smooth=normal)
         return surface, np.concatenate(centred)
 
     return Receiver(directional.named(page.name, side), *size, points)

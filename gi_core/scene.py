@@ -90,6 +90,8 @@ class Material:
     gloss: what it reflects besides, of the solid part too.
     gloss_albedo: share of even light from all around that it reflects besides. It is what other surfaces get of that,
         as if it were diffuse, whether or not `gloss` is known.
+    normal: shading normal in the mesh's own space, of any length but zero, where a normal or bump map gives one; None
+        for the mesh's.
     """
 
     name: str
@@ -98,6 +100,7 @@ class Material:
     alpha: ColorSource = WHITE
     gloss: Gloss = MATTE
     gloss_albedo: ColorSource = BLACK
+    normal: ColorSource | None = None
 
 
 @dataclass(frozen=True)

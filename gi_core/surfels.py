@@ -2,11 +2,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Surface points: what light arrives at and leaves from. Made from a camera, a light's map, UV texels and vertices."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
+from . import bump
 from .atlas import Place
 from .emitters import strewn
 from .geometry import Geometry
@@ -33,6 +34,8 @@ class Surfels:
     emission: (n, 3) float32 radiance [W/(m²·sr)].
     place: (n,) int64, which pixel, texel or vertex of its receiver the point stands for (row · width + column in an
         image).
+    smooth: (n, 3) float32, unit, the mesh's interpolated normal, from which a normal or bump map may turn `normal`
+        away. Where none does it is the very array of `normal`.
     """
 
     position: np.ndarray
@@ -41,27 +44,53 @@ class Surfels:
     albedo: np.ndarray
     emission: np.ndarray
     place: np.ndarray
+    smooth: np.ndarray | None = None
+
+    def __post_init__(self):
+        if self.smooth is None:
+            object.__setattr__(self, "smooth", self.normal)
 
     def __len__(self) -> int:
         return len(self.position)
 
     def __getitem__(self, rows) -> "Surfels":
         """The points that a slice, mask or index array picks."""
-        return Surfels(*(getattr(self, f.name)[rows] for f in fields(self)))
+        return self._each(lambda name: getattr(self, name)[rows], self.is_bumpy)
+
+    def _each(self, made: Callable[[str], np.ndarray], bumpy: bool) -> "Surfels":
+        return Surfels(**{f.name: made(f.name) for f in fields(self) if bumpy or f.name != "smooth"})
+
+    @property
+    def is_bumpy(self) -> bool:
+        """Whether normals may differ from the mesh's."""
+        return self.smooth is not self.normal
 
     @property
     def origin(self) -> np.ndarray:
         """(n, 3) float32: where rays may start without meeting the surface that they leave."""
         return offset(self.position, self.face)
 
+    def shadowing(self, rows: np.ndarray, direction: np.ndarray) -> np.ndarray | np.float32:
+        """How much of light from unit directions (m, 3) counts at points (m,) of these, see `bump`: (m,), or just 1."""
+        if not self.is_bumpy:
+            return np.float32(1)
+        return bump.shadowing(self.smooth[rows], self.normal[rows], direction)
+
     def turned(self, rows: np.ndarray) -> "Surfels":
         """The same points, those that rows (n,) bool picks on the other side of their surface."""
         sign = np.where(rows, -1, 1).astype(np.float32)[:, None]
-        return replace(self, normal=self.normal * sign, face=self.face * sign)
+        normal = self.normal * sign
+        smooth = self.smooth * sign if self.is_bumpy else normal
+        return replace(self, normal=normal, smooth=smooth, face=self.face * sign)
+
+    def without_maps(self) -> "Surfels":
+        """The same points with their mesh's normals."""
+        return replace(self, normal=self.smooth)
 
     @staticmethod
     def concatenate(parts: "list[Surfels]") -> "Surfels":
-        return Surfels(*(np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(Surfels)))
+        bumpy = any(p.is_bumpy for p in parts)
+        return parts[0]._each(lambda name: np.concatenate([getattr(p, name) for p in parts]), bumpy)
 
 
 def at(geometry: Geometry, triangle, weights, place, towards=None, reflecting=False) -> Surfels:
@@ -76,18 +105,17 @@ def at(geometry: Geometry, triangle, weights, place, towards=None, reflecting=Fa
     if reflecting and geometry.has_gloss:
         albedo = np.minimum(albedo + geometry.color("gloss_albedo", triangle, weights), 1)
     face = geometry.face_normal(triangle)
-    normal = geometry.shading_normal(triangle, weights)
+    smooth = geometry.shading_normal(triangle, weights)
     # A mesh may carry no usable corner normals; its faces always have one.
-    normal = np.where(np.any(normal != 0, -1, keepdims=True), normal, face)
+    smooth = np.where(np.any(smooth != 0, -1, keepdims=True), smooth, face)
     # The shading normal says where the front is: winding may disagree with it.
-    face = np.where(dot(face, normal)[:, None] < 0, -face, face)
-    if towards is not None:
-        back = dot(face, towards)[:, None] < 0
-        face, normal = np.where(back, -face, face), np.where(back, -normal, normal)
-    return Surfels(
+    face = np.where(dot(face, smooth)[:, None] < 0, -face, face)
+    normal = geometry.mapped_normal(triangle, weights, smooth) if geometry.has_normal_maps else smooth
+    made = Surfels(
         geometry.position(triangle, weights), normal, face, albedo, geometry.color("emission", triangle, weights),
-        np.asarray(place, np.int64),
+        np.asarray(place, np.int64), smooth,
     )  # fmt: skip
+    return made if towards is None else made.turned(dot(face, towards) < 0)
 
 
 def along_rays(
@@ -185,7 +213,8 @@ def strewn_over(geometry: Geometry, names: Sequence[str], n: int) -> Surfels:
 def from_corners(geometry: Geometry, name: str, triangles: slice | None = None) -> Surfels:
     """A surfel for each corner of each triangle of an object that has an area; `place` is 3 · triangle + corner.
 
-    triangles: those to look at, None for all. Raises KeyError for no such object.
+    triangles: those to look at, None for all. Normals are the mesh's: of a normal map a corner would show one place,
+    and stand for all around. Raises KeyError for no such object.
     """
     _, every = geometry.mesh_of(name)
     triangle = every[triangles or slice(None)]
@@ -195,4 +224,4 @@ def from_corners(geometry: Geometry, name: str, triangles: slice | None = None) 
     share = np.minimum(_INSET * np.maximum(np.abs(corners).max(-1), 1) / away, 1)[..., None]
     weights = (1 - share) * np.eye(3) + share / 3
     place = (3 * (triangle[solid] - every[0])[:, None] + np.arange(3)).ravel()
-    return at(geometry, np.repeat(triangle[solid], 3), weights.reshape(-1, 3).astype(np.float32), place)
+    return at(geometry, np.repeat(triangle[solid], 3), weights.reshape(-1, 3).astype(np.float32), place).without_maps()

@@ -46,7 +46,8 @@ def overhead_camera(width, height):
 
 
 def render(tmp_path, width, height, samples=4, bounces=0):
-    """Cycles' passes as arrays with row 0 at the bottom: keys "Combined", "Diffuse Color" and "Emission"."""
+    """Cycles' passes as arrays with row 0 at the bottom: keys "Combined", "Diffuse Color", "Emission", and "Normal",
+    "Diffuse Direct" and "Diffuse Indirect" where the view layer has them."""
     scene = bpy.context.scene
     scene.render.engine = "CYCLES"
     scene.cycles.device, scene.cycles.samples, scene.cycles.max_bounces = "CPU", samples, bounces
@@ -60,13 +61,17 @@ def render(tmp_path, width, height, samples=4, bounces=0):
     settings.file_format, settings.color_depth = "OPEN_EXR_MULTILAYER", "32"
     scene.render.filepath = str(tmp_path / "passes.exr")
     bpy.ops.render.render(write_still=True)
-    names = {"DiffCol": "Diffuse Color", "Emit": "Emission"}
+    names = {"DiffCol": "Diffuse Color", "DiffDir": "Diffuse Direct", "DiffInd": "Diffuse Indirect", "Emit": "Emission"}
     with OpenEXR.File(scene.render.filepath) as file:
-        return {
-            names.get(key := name.split(".")[1], key): channel.pixels[::-1, :, :3]
-            for part in file.parts
-            for name, channel in part.channels.items()
-        }
+        channels = {name: channel.pixels for part in file.parts for name, channel in part.channels.items()}
+    passes = {}
+    for name, pixels in channels.items():
+        key = name.split(".")[1]
+        if pixels.ndim == 3:
+            passes[names.get(key, key)] = pixels[::-1, :, :3]
+        elif name.endswith(".X"):
+            passes[key] = np.stack([channels[name[:-1] + axis] for axis in "XYZ"], -1)[::-1]
+    return passes
 
 
 class Tree:

@@ -53,31 +53,43 @@ Key = tuple[tuple[str, ...], str, str]
 class Expression:
     """What is known of an output of a node.
 
+    is_normal: whether it is wanted as a normal in the object's space, and not as it is.
     signature: of all that it is computed from, which changes with the value, but for what depends on the object.
-    of_object: whether it differs between objects of one mesh. random: outputs that are the object's random number.
+    of_object: whether it differs between objects of one mesh. of_shape: whether only between such as are scaled
+    differently. random: outputs that are the object's random number.
     of_view: mean values of outputs that depend on the view. notes: what is not exact.
     """
 
     key: Key
+    is_normal: bool
     name: str
     signature: bytes
     of_object: bool
+    of_shape: bool
     random: tuple[Key, ...]
     of_view: dict[Key, np.ndarray]
     notes: tuple[str, ...]
 
+    @property
+    def wanted_as(self) -> tuple[Key, bool]:
+        """What tells it from others of one material."""
+        return self.key, self.is_normal
 
-def expression(source: Feed, reading: Reading) -> Expression | None:
+
+def expression(source: Feed, reading: Reading, is_normal: bool = False) -> Expression | None:
     """What a `Feed` computes, None where that is nothing but what depends on the view."""
     above = list(_upstream(source))
     of_view = {key_of(part): estimate(part, reading)[0] for part in above if _is(part, _OF_VIEW)}
     if of_view and all(_is(part, _OF_VIEW) or not _varies(part) for part in above):
         return None
+    turns_along = is_normal and _turns_along(source)
     return Expression(
         key=key_of(source),
+        is_normal=is_normal,
         name=source.node.name,
         signature=_signature(source, reading),
-        of_object=any(_is(part, _OF_OBJECT) or _names_object(part.node) for part in above),
+        of_object=not turns_along and any(map(_is_of_object, above)),
+        of_shape=turns_along,
         random=tuple(key_of(p) for p in above if p.node.type == "OBJECT_INFO" and p.socket.name == "Random"),
         of_view=of_view,
         notes=tuple(dict.fromkeys(text for part in above for text in _notes(part))),
@@ -120,6 +132,23 @@ def _upstream(source: Feed, known: set | None = None) -> Iterator[Feed]:
 def _is(source: Feed, kinds: dict[str, set[str] | None]) -> bool:
     names = kinds.get(source.node.type, ())
     return names is None or source.socket.name in names
+
+
+def _is_of_object(source: Feed) -> bool:
+    return _is(source, _OF_OBJECT) or _names_object(source.node)
+
+
+def _turns_along(source: Feed) -> bool:
+    """Whether a normal turns with its object, so that in the object's space it is always the same."""
+    node = source.node
+    if node is None:
+        return True
+    if node.type not in {"BUMP", "NORMAL_MAP"} or (node.type == "NORMAL_MAP" and "WORLD" in node.space):
+        return False
+    inputs = [source.input(socket.name) for socket in node.inputs if socket.name != "Normal"]
+    if any(_is_of_object(part) for one in inputs for part in _upstream(one)):
+        return False
+    return node.type == "NORMAL_MAP" or _turns_along(source.input("Normal"))
 
 
 def _names_object(node: bpy.types.Node) -> bool:

@@ -91,7 +91,7 @@ class MaterialReader:
             if material is None:
                 made.append(before)
                 continue
-            wanted = {e.key: e for e in patch.expressions} if patch else {}
+            wanted = {e.wanted_as: e for e in patch.expressions} if patch else {}
             textures = patch.textures if patch else {}
             reading = self._reading(material, wanted, textures, whole and bool(textures))
             if patch and patch.note:
@@ -121,4 +121,6 @@ def read_material(material: bpy.types.Material, reading: Reading) -> Material:
     if np.any(albedo.value > 1) and albedo.texture is None:
         reading.note("a colour above 1 is taken as 1, since no surface reflects more light than it gets")
         albedo = constant(np.minimum(albedo.value, 1.0))
-    return Material(material.name, albedo, surface.emission, surface.alpha, surface.gloss, surface.gloss_albedo)
+    return Material(
+        material.name, albedo, surface.emission, surface.alpha, surface.gloss, surface.gloss_albedo, surface.normal
+    )  # fmt: skip

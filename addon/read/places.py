@@ -35,6 +35,12 @@ class Place:
         """All of it, as bytes."""
         return repr((self.matrix.tolist(), self.color, self.pass_index, self.random, self.properties)).encode()
 
+    @property
+    def shape(self) -> bytes:
+        """How it is scaled, as bytes: the same wherever it stands and however it is turned."""
+        matrix = self.matrix[:3, :3]
+        return repr((np.round(matrix.T @ matrix, 5).tolist(), bool(np.linalg.det(matrix) < 0))).encode()
+
 
 def _random_id(name: str) -> int:
     """The number that Cycles draws for an object by its name: Jenkins' lookup3 of a hash of the text and 0."""

@@ -16,9 +16,11 @@ def socket_material(
     constants: dict[Key, np.ndarray],
     image: bpy.types.Image,
     gone: contextlib.ExitStack,
+    signed: bool = False,
 ) -> bpy.types.Material:
     """A material whose emission is the output at `key`, and which bakes to `image`.
 
+    signed: it has values from −1 to 1, which come as 0 to 1, since light below nothing is none.
     constants: values (3,) that take the place of other outputs. gone: takes all that is made away again.
     """
     copy = material.copy()
@@ -28,6 +30,12 @@ def socket_material(
     for (path, *place), value in constants.items():
         _fix(_tree_at(tree, path), *place, value)
     socket = _exposed(tree, *key)
+    if signed:
+        node = tree.nodes.new("ShaderNodeVectorMath")
+        node.operation = "MULTIPLY_ADD"
+        tree.links.new(socket, node.inputs[0])
+        node.inputs[1].default_value = node.inputs[2].default_value = (0.5, 0.5, 0.5)
+        socket = node.outputs[0]
     for node in [node for node in tree.nodes if node.type == "OUTPUT_MATERIAL"]:
         tree.nodes.remove(node)
     emission, output = (tree.nodes.new(kind) for kind in ("ShaderNodeEmission", "ShaderNodeOutputMaterial"))

@@ -9,8 +9,9 @@ shares a mesh has its own.
 
 import contextlib
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,6 +20,7 @@ import numpy as np
 
 from ...gi_core.scene import ColorSource, Mesh, Texture
 from ...gi_core.triangle_atlas import TriangleAtlas, triangle_atlas
+from ...gi_core.vectors import normalize
 from .expression import Expression, Key
 from .mesh_copies import MeshCopy
 from .places import Place
@@ -51,7 +53,7 @@ class Patch:
     mesh: int
     slots: tuple[int, ...]
     place: Place
-    textures: dict[Key, ColorSource] = field(default_factory=dict)
+    textures: dict[tuple[Key, bool], ColorSource] = field(default_factory=dict)
     note: str = ""
 
     @property
@@ -86,11 +88,11 @@ class SurfaceBakes:
         """The patch of an evaluated material on slots of an instance of a mesh."""
         key = material.original.as_pointer(), index, slots
         alike = self._known.setdefault(key, {})
-        differs = any(e.of_object or e.random for e in expressions)
+        differs = any(_owner(expression) for expression in expressions)
         if alike and not differs:
             return alike[b""]
         place = Place.of(entry)
-        own = place.signature if differs else b""
+        own = b"".join({_owner(expression)(place) for expression in expressions if _owner(expression)})
         if own not in alike:
             if len(alike) < _OBJECTS:
                 alike[own] = Patch(material.original, expressions, index, slots, place)
@@ -134,7 +136,7 @@ class SurfaceBakes:
                         pixels = studio.baked(patch, expression, copy, atlases[where])
                         pixels = self._cache.save(key, pixels)
                         yield done / len(self.patches)
-                    patch.textures[expression.key] = _source(expression.name, pixels, patch.uv)
+                    patch.textures[expression.wanted_as] = _source(expression.name, pixels, patch.uv)
         self._cache.trim()
         self._meshes.clear()
         return uvs
@@ -142,6 +144,13 @@ class SurfaceBakes:
     def with_uvs(self, meshes: tuple[Mesh, ...], uvs: dict[int, dict[str, np.ndarray]]) -> tuple[Mesh, ...]:
         """Meshes with other UV maps, by their index."""
         return tuple(replace(mesh, uvs=uvs.get(index, mesh.uvs)) for index, mesh in enumerate(meshes))
+
+
+def _owner(expression: Expression) -> Callable[[Place], bytes] | None:
+    """What of an object's place an expression depends on."""
+    if expression.of_object or expression.random:
+        return attrgetter("signature")
+    return attrgetter("shape") if expression.of_shape else None
 
 
 def _source(name: str, pixels: np.ndarray, uv: str) -> ColorSource:
@@ -152,8 +161,10 @@ def _source(name: str, pixels: np.ndarray, uv: str) -> ColorSource:
 
 def _hash(patch: Patch, expression: Expression, copy: MeshCopy, texels: int) -> str:
     parts = [_VERSION, bpy.app.version, expression.signature, copy.signature, patch.slots, texels]
-    if expression.of_object or expression.random:
-        parts.append(patch.place.signature)
+    if expression.is_normal:
+        parts.append("normal")
+    if owner := _owner(expression):
+        parts.append(owner(patch.place))
     return hashlib.sha256(repr(parts).encode()).hexdigest()
 
 
@@ -211,13 +222,16 @@ class _Studio:
                 "GI Bake", atlas.width, atlas.height, alpha=True, float_buffer=True, is_data=True
             )
             gone.callback(bpy.data.images.remove, image)
-            material = socket_material(patch.material, expression.key, constants, image, gone)
+            is_normal = expression.is_normal
+            material = socket_material(patch.material, expression.key, constants, image, gone, signed=is_normal)
             mesh.materials.append(material)
             gone.callback(mesh.materials.clear)
             self._run(uv, patch)
             pixels = np.empty((atlas.height, atlas.width, 4), np.float32)
             image.pixels.foreach_get(pixels.reshape(-1))
         pixels = np.nan_to_num(pixels[..., :3])
+        if is_normal:  # from the world to the mesh's space, as normals go
+            pixels = normalize((2 * pixels - 1) @ place.matrix[:3, :3].astype(np.float32))
         atlas.complete(pixels)
         return pixels
 

@@ -13,6 +13,7 @@ from .colors import read_color, read_number
 from .factors import read_factor
 from .gloss import gloss_sum, glossy_bsdf, principled_gloss, specular_ior
 from .nodes import Feed, Reading, set_value
+from .normals import read_normal
 from .sources import applied, are_alike, complement, constant, mean, product, quotient, total
 
 # Without `glossy`, and with it.
@@ -25,14 +26,15 @@ _VIEW_NOTE = "What a Principled BSDF reflects diffusely depends on the view; its
 
 @dataclass(frozen=True)
 class Surface:
-    """Diffuse reflectance, emitted radiance and gloss of a shader's solid part, and the share that is solid; see
-    `scene.Material`."""
+    """Diffuse reflectance, emitted radiance, gloss and normal of a shader's solid part, and the share that is solid;
+    see `scene.Material`."""
 
     albedo: ColorSource = BLACK
     emission: ColorSource = BLACK
     alpha: ColorSource = WHITE
     gloss: Gloss = MATTE
     gloss_albedo: ColorSource = BLACK
+    normal: ColorSource | None = None
 
     @property
     def is_clear(self) -> bool:
@@ -47,18 +49,17 @@ def read_surface(source: Feed, reading: Reading) -> Surface:
         case None:
             return Surface()
         case "BSDF_DIFFUSE":
-            _note_shape(source, "Roughness", reading)
-            return Surface(albedo=read_color(source.input("Color"), reading, "the colour"))
+            _note_roughness(source, "Roughness", reading)
+            return _diffuse(source, reading)
         case "EMISSION" | "BACKGROUND":
             return Surface(emission=_emission(source, "Color", "Strength", reading))
         case "BSDF_PRINCIPLED":
             return _principled(source, reading)
         case "BSDF_GLOSSY":
-            if source.input("Normal").node:
-                reading.note("its normal or bump map is left out")
             reading.note_once(_GLOSS_NOTES[reading.glossy])
             color = read_color(source.input("Color"), reading, "the colour")
-            return Surface(gloss=glossy_bsdf(source, reading) if reading.glossy else MATTE, gloss_albedo=color)
+            gloss = glossy_bsdf(source, reading) if reading.glossy else MATTE
+            return Surface(gloss=gloss, gloss_albedo=color, normal=read_normal(source.input("Normal"), reading))
         case "MIX_SHADER":
             return _mix(source, reading)
         case "BSDF_TRANSPARENT":
@@ -70,16 +71,21 @@ def read_surface(source: Feed, reading: Reading) -> Surface:
             return _sum([(WHITE, read_surface(source.input(index), reading)) for index in (0, 1)], reading)
         case "SUBSURFACE_SCATTERING" | "BSDF_TRANSLUCENT" | "BSDF_SHEEN" | "BSDF_TOON":
             reading.note(f"'{node.name}' is taken as diffuse")
-            return Surface(albedo=read_color(source.input("Color"), reading, "the colour"))
+            return _diffuse(source, reading)
     reading.note(f"'{node.name}' has no diffuse part; what it reflects or lets through is left out")
     return Surface()
+
+
+def _diffuse(source: Feed, reading: Reading) -> Surface:
+    color = read_color(source.input("Color"), reading, "the colour")
+    return Surface(albedo=color, normal=read_normal(source.input("Normal"), reading))
 
 
 def _principled(source: Feed, reading: Reading) -> Surface:
     def number(name):
         return read_number(source.input(name), reading, name.lower())
 
-    _note_shape(source, "Diffuse Roughness", reading)
+    _note_roughness(source, "Diffuse Roughness", reading)
     for name in ("Coat Weight", "Sheen Weight"):
         if _in_use(source, name):
             reading.note(f"its {name.split()[0].lower()} is left out")
@@ -104,7 +110,9 @@ def _principled(source: Feed, reading: Reading) -> Surface:
     if source.input("Emission Strength").node or number("Emission Strength") > 0:
         emission = _emission(source, "Emission Color", "Emission Strength", reading)
     gloss = principled_gloss(source, reading) if reading.glossy else MATTE
-    return Surface(albedo, emission, read_factor(source.input("Alpha"), reading, "its alpha"), gloss, gloss_albedo)
+    normal = read_normal(source.input("Normal"), reading)
+    alpha = read_factor(source.input("Alpha"), reading, "its alpha")
+    return Surface(albedo, emission, alpha, gloss, gloss_albedo, normal)
 
 
 def _specular(source: Feed, base: ColorSource, ior: float, level: float, reading: Reading) -> ColorSource:
@@ -129,10 +137,8 @@ def _in_use(source: Feed, name: str) -> bool:
     return value.node is not None or set_value(value.socket)[0] > 0
 
 
-def _note_shape(source: Feed, roughness: str, reading: Reading) -> None:
-    """Notes what makes a diffuse surface reflect otherwise than Lambert's law about the mesh's normal says."""
-    if source.input("Normal").node:
-        reading.note("its normal or bump map is left out")
+def _note_roughness(source: Feed, roughness: str, reading: Reading) -> None:
+    """Notes what makes a diffuse surface reflect otherwise than Lambert's law says."""
     if _in_use(source, roughness):
         reading.note("the roughness of its diffuse part is left out")
 
@@ -185,4 +191,19 @@ def _sum(parts: list[tuple[ColorSource, Surface]], reading: Reading) -> Surface:
         alpha=alpha,
         gloss=gloss_sum([(float(mean(weight)[0]), surface.gloss) for weight, surface in parts], reading),
         gloss_albedo=summed("gloss_albedo", "what it reflects"),
+        normal=_strongest_normal(parts, reading),
     )
+
+
+def _strongest_normal(parts: list[tuple[ColorSource, Surface]], reading: Reading) -> ColorSource | None:
+    """The normal of several shaders together, each with its weight: that of what reflects most."""
+    strength = [
+        float(mean(weight).mean() * (mean(surface.albedo) + mean(surface.gloss_albedo)).mean())
+        for weight, surface in parts
+    ]
+    normals = [surface.normal for (_, surface), amount in zip(parts, strength) if amount > 0]
+    if not normals:
+        return None
+    if any(normal is not normals[0] for normal in normals):
+        reading.note("its shaders have different normals; that of the one that reflects most is taken")
+    return parts[int(np.argmax(strength))][1].normal

@@ -32,14 +32,17 @@ _POWER = 2.5
 _STRETCH = np.float32(1.5)
 
 
-def horizon_scan(pixels, position, normal, color, u, pixel, parallel: bool, thickness: float, steps: int, span: float):
+def horizon_scan(
+    pixels, position, normal, color, u, pixel, parallel: bool, thickness: float, steps: int, span: float, shown=None
+):
     """Light that pixels get from what the image shows, over one slice each.
 
     pixels: (n,) int32, which ones, of each as many slices as u has rows for it. position, normal: (h, w, 3) float32 in
         camera space, x to the right, y up, z ahead; a normal of zero where no surface is. color: (h, w, c) float32
         radiance. u: (m, 3) float32 in [0, 1): the slice's turn, the first step, the rounding. pixel: pixels in a unit
         along x and along y, on the plane z = 1 in perspective. parallel: the projection. thickness: of what is seen, as
-        a share of its distance. steps: on either side. span: the longest way [pixels].
+        a share of its distance. steps: on either side. span: the longest way [pixels]. shown: (h, w, 3), the normals of
+    the surfaces that the image shows, where those that light arrives by are others.
     Returns (m, c) float32, mean radiance E/π, and (m,) float32, the share of it from where the image shows nothing.
     """
     h, w, c = color.shape
@@ -47,6 +50,7 @@ def horizon_scan(pixels, position, normal, color, u, pixel, parallel: bool, thic
     position, normal, color = position.reshape(-1, 3), normal.reshape(-1, 3), color.reshape(-1, c)
     away = np.broadcast_to(np.array([0, 0, 1], np.float32), position.shape) * position[:, 2:] if parallel else position
     here, up = position[pixels], normal[pixels]
+    facings = normal if shown is None else shown.reshape(-1, 3)
     view = -normalize(away[pixels])
     b1, b2 = frame(view)
     turn = (np.float32(np.pi) * u[:, 0])[:, None]
@@ -69,9 +73,21 @@ def horizon_scan(pixels, position, normal, color, u, pixel, parallel: bool, thic
         """Pixels to the k-th step; at least one more each time."""
         return 1 + k + span * (np.maximum(k + u[:, 1], 0) / steps) ** _POWER
 
-    def sector(d: np.ndarray) -> np.ndarray:
-        theta = np.clip(np.arctan2(dot(d, along), dot(d, view)), gamma - _RIGHT, gamma + _RIGHT)
-        return (_integral(theta, gamma) - low) / whole
+    def angle(d: np.ndarray) -> np.ndarray:
+        return np.arctan2(dot(d, along), dot(d, view))
+
+    def sector(theta: np.ndarray) -> np.ndarray:
+        return (_integral(np.clip(theta, gamma - _RIGHT, gamma + _RIGHT), gamma) - low) / whole
+
+    def bits_of(edges: list[np.ndarray]) -> np.ndarray:
+        edges = np.clip(edges, 0, 1) * SECTORS + u[:, 2]
+        low_bit, high_bit = (np.floor(f(edges, 0)).astype(np.uint64) for f in (np.min, np.max))
+        return ((_ONE << high_bit) - _ONE) & ~((_ONE << low_bit) - _ONE)
+
+    if shown is not None:  # what lies below the surface is neither seen nor open
+        horizon = angle(facings[pixels])
+        covered |= ~bits_of([sector(horizon + s * _RIGHT) for s in (-1, 1)]) & np.uint64(0xFFFFFFFF)
+        lit += _count(covered)
 
     for k in range(steps):
         last, r, following = reach(k - 1), reach(k), reach(k + 1)
@@ -80,16 +96,14 @@ def horizon_scan(pixels, position, normal, color, u, pixel, parallel: bool, thic
             x, y = (np.round(a + side * r * way[:, i]) for i, a in enumerate((column, row)))
             inside = (x >= 0) & (x < w) & (y >= 0) & (y < h)
             tap = (np.where(inside, y, 0) * w + np.where(inside, x, 0)).astype(np.int32)
-            at, facing = position[tap], normal[tap]
+            at, facing = position[tap], facings[tap]
             # From the pixel's centre to the stretch's ends.
             off = np.stack([column - x, row - y], -1)
             first, final = (
                 _on_plane(at, facing, (off + (side * (r + e))[:, None] * way) / unit, parallel) for e in (begin, end)
             )
             back = final + np.float32(thickness) * (final * (0, 0, 1) if parallel else final)
-            edges = np.clip([sector(e - here) for e in (first, final, back)], 0, 1) * SECTORS + u[:, 2]
-            low_bit, high_bit = (np.floor(f(edges, 0)).astype(np.uint64) for f in (np.min, np.max))
-            bits = ((_ONE << high_bit) - _ONE) & ~((_ONE << low_bit) - _ONE)
+            bits = bits_of([sector(angle(e - here)) for e in (first, final, back)])
             bits = np.where(inside & facing.any(-1), bits, np.uint64(0))
             # A surface turned away shows the eye another side than the one that this point sees.
             share = _count(bits & ~covered) * (dot(facing, at - here) < 0)
@@ -101,16 +115,19 @@ def horizon_scan(pixels, position, normal, color, u, pixel, parallel: bool, thic
 
 
 def horizon_scan_on_gpu(
-    gpu, pixels, position, normal, color, u, pixel, parallel: bool, thickness: float, steps: int, span: float
-):
+    gpu, pixels, position, normal, color, u, pixel, parallel: bool, thickness: float, steps: int, span: float,
+    shown=None,
+):  # fmt: skip
     (h, w, c), n = color.shape, len(u)
     arrived, open_share = gpu.empty((n, c), c), gpu.empty((n,), 1)
     inputs = {"pixels": (pixels, 1), "position": (position, 3), "normal": (normal, 3), "color": (color, c), "u": (u, 3)}
+    inputs |= {} if shown is None else {"shown": (shown, 3)}
     gpu.dispatch(
         "horizon_scan", n, inputs, {"arrived": arrived, "open_share": open_share},
         integers={"width": w, "height": h, "parallel": parallel, "steps": steps},
         floats={"unit_x": pixel[0], "unit_y": pixel[1], "thickness": thickness, "span": span},
-        defines={"SLICES": n // max(1, len(pixels))}, with_sources=("angles", "hash01", "sampling"), steps=8 * steps,
+        defines={"SLICES": n // max(1, len(pixels)), "SHOWN": int(shown is not None)},
+        with_sources=("angles", "hash01", "sampling"), steps=8 * steps,
     )  # fmt: skip
     return arrived, open_share
 

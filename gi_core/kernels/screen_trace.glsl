@@ -9,7 +9,14 @@ void kernel(int i)
   vec3 here = position(pixel);
   vec3 up = normal(pixel);
   vec3 way = cosine_hemisphere(up, rotated(points(i % RAYS), int(place(i / RAYS)), uint(seed)));
-  if (!(dot(way, face(pixel)) > 0.0)) {
+  bool leaves = dot(way, face(pixel)) > 0.0;
+  vec3 slanted = up;
+#if BUMPY
+  slanted = mesh_normal(pixel);
+  float drawn = hash01(uint(place(i / RAYS)) + uint(points(i % RAYS).x * 16777216.0), ~uint(seed));
+  leaves = leaves && drawn < bump_shadowing(slanted, up, way);
+#endif
+  if (!leaves) {
     set_hit(i, -2.0);
     return;
   }
@@ -19,7 +26,7 @@ void kernel(int i)
   vec3 ahead = axes(2);
   vec3 from = here - axes(3);
   vec3 view = parallel == 1 ? -ahead : -from / sqrt(dot(from, from));
-  float z = depth(pixel) * (1.0 - 1e-3 / max(dot(up, view), 1e-2));
+  float z = depth(pixel) * (1.0 - 1e-3 / max(dot(slanted, view), 1e-2));
   vec3 origin = vec3(float(pixel % width) + 0.5, float(pixel / width) + 0.5, parallel == 1 ? z : -1.0 / z);
   vec3 local = vec3(dot(from, right), dot(from, above), dot(from, ahead));
   vec3 d = vec3(dot(way, right), dot(way, above), dot(way, ahead));

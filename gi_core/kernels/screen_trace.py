@@ -5,7 +5,8 @@ end."""
 
 import numpy as np
 
-from ..sampling import cosine_hemisphere, rotated, signed
+from ..bump import shadowing
+from ..sampling import cosine_hemisphere, hash01, rotated, signed
 from ..vectors import dot, length
 from .depth_march import depth_march
 
@@ -19,25 +20,32 @@ _BIAS, _LEAST_SLANT = np.float32(1e-3), np.float32(1e-2)
 _FAR_OFF = np.float32(4)
 
 
-def rays_of(place, normal, face, points, seed: int, rows=None):
+def rays_of(place, normal, face, points, seed: int, rows=None, mesh_normal=None):
     """Directions of the rays from each point, k of them, that leave the surface, and which of all they are.
 
     place: (n,) int, by which each point's sequence is shifted. normal, face: (n, 3) float32. points: (k, 2) float32 of
-    the unit square. rows: of those that are wanted, all of which leave; None for all that do.
+    the unit square. rows: of those that are wanted, all of which leave; None for all that do. mesh_normal: (n, 3) where
+    `normal` is turned away from it: of the rays then leave as many as there is light that counts, see `bump`.
     Returns (m, 3) float32, and rows (m,) int64 of n · k.
     """
     k, every = len(points), rows is None
     rows = np.arange(len(place) * k) if every else rows
-    direction = cosine_hemisphere(normal[rows // k], rotated(points, place, seed).reshape(-1, 2)[rows])
+    up = normal[rows // k]
+    direction = cosine_hemisphere(up, rotated(points, place, seed).reshape(-1, 2)[rows])
     if every:
-        rows = np.flatnonzero(dot(direction, face[rows // k]) > 0)
+        leaves = dot(direction, face[rows // k]) > 0
+        if mesh_normal is not None:
+            # The point itself tells the passes of a sequence apart.
+            key = place.astype(np.uint32)[:, None] + (points[:, 0] * np.float32(1 << 24)).astype(np.uint32)
+            leaves &= hash01(key, ~seed).reshape(-1) < shadowing(mesh_normal[rows // k], up, direction)
+        rows = np.flatnonzero(leaves)
         direction = direction[rows]
     return direction, rows
 
 
 def screen_trace(
     pixels, place, valid, depth, position, normal, face, march, points, screen, seed: int, back: float, steps: int,
-    certain: bool,
+    certain: bool, mesh_normal=None,
 ):  # fmt: skip
     """Which pixel each ray of each pixel meets.
 
@@ -45,17 +53,20 @@ def screen_trace(
     pixels that may be met; None for all. depth: (h, w) [m], position, normal, face: (h, w, 3) float32. march: the
     DepthMap. points: (k, 2) float32 of the unit square. screen: the camera's. back, steps: of `depth_march`.
     certain: only hits in sight all the way, on the very surface that the pixel shows, and not so near that the pixel's
-    size counts.
+    size counts. mesh_normal: (h, w, 3), see `rays_of`.
     Returns (n · k,) int32: pixels, MISSED or NO_RAY.
     """
     k, depth = len(points), depth.ravel()
     position, normal, face = (a.reshape(-1, 3) for a in (position, normal, face))
-    direction, rows = rays_of(place, normal[pixels], face[pixels], points, seed)
+    mesh_normal = mesh_normal if mesh_normal is None else mesh_normal.reshape(-1, 3)
+    of_mesh = mesh_normal if mesh_normal is None else mesh_normal[pixels]
+    direction, rows = rays_of(place, normal[pixels], face[pixels], points, seed, mesh_normal=of_mesh)
     out = np.full(len(pixels) * k, NO_RAY, np.int32)
     pixel = pixels[rows // k]
     here = position[pixel]
     row, column = np.divmod(pixel, screen.shape[1])
-    z = depth[pixel] * (1 - _BIAS / np.maximum(dot(normal[pixel], screen.towards(here)), _LEAST_SLANT))
+    slanted = normal if mesh_normal is None else mesh_normal
+    z = depth[pixel] * (1 - _BIAS / np.maximum(dot(slanted[pixel], screen.towards(here)), _LEAST_SLANT))
     start = np.stack([column + np.float32(0.5), row + np.float32(0.5), screen.device(z)], -1).astype(np.float32)
     way = screen.march(here, direction).astype(np.float32)
     near = screen.device(screen.camera.clip[0])
@@ -81,7 +92,7 @@ def screen_trace(
 
 def screen_trace_on_gpu(
     gpu, pixels, place, valid, depth, position, normal, face, march, points, screen, seed: int, back: float,
-    steps: int, certain: bool,
+    steps: int, certain: bool, mesh_normal=None,
 ):  # fmt: skip
     h, w = depth.shape
     n, k = len(pixels), len(points)
@@ -91,14 +102,17 @@ def screen_trace_on_gpu(
         "normal": (normal, 3), "face": (face, 3), "points": (points, 2),
         "axes": (screen.frame, 3), "cells": (march.cells, 3),
     }  # fmt: skip
+    inputs |= {} if valid is None else {"valid": (valid, 1)}
+    inputs |= {} if mesh_normal is None else {"mesh_normal": (mesh_normal, 3)}
     unit_x, unit_y = screen.pixels_per_unit
     gpu.dispatch(
-        "screen_trace", n * k, inputs if valid is None else {**inputs, "valid": (valid, 1)}, {"hit": hit},
+        "screen_trace", n * k, inputs, {"hit": hit},
         integers={"width": w, "height": h, "steps": steps, "top": len(march.table) - 1,
                   "parallel": screen.parallel, "seed": signed(seed), "sure": certain},
         floats={"near_": screen.device(screen.camera.clip[0]), "back": back, "unit_x": unit_x, "unit_y": unit_y,
                 "footprint": screen.footprint(np.ones(1, np.float32))[0]},
-        defines={"RAYS": k, "CERTAIN": int(certain), "VALID": int(valid is not None)},
-        with_sources=("angles", "hash01", "sampling", "march"), steps=steps,
+        defines={"RAYS": k, "CERTAIN": int(certain), "VALID": int(valid is not None),
+                 "BUMPY": int(mesh_normal is not None)},
+        with_sources=("angles", "hash01", "sampling", "march", "bump"), steps=steps,
     )  # fmt: skip
     return hit

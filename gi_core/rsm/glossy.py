@@ -75,7 +75,7 @@ def glossy_light(
         color = shown.color()
         row = np.flatnonzero(lit(color))
         shown, color = shown[row], color[row]
-        here = replace(here[row], normal=shown.normal)
+        here = replace(here[row], normal=shown.normal, smooth=shown.normal)
         lights = _from_lamps(tracer, here, shown, settings), *_along_lobe(tracer, here, shown, settings, field)
         over = (np.divide(light, color, out=np.zeros_like(light), where=color > 0) for light in lights)
         found[part.start] = part.start + row, *over, color

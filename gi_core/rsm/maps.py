@@ -84,6 +84,7 @@ def trace_flux(tracer: Tracer, flux_rays: Rays, from_lamps: bool = False) -> Ite
             # Where it turns away from a lamp that the face sees, Cycles lights the face's other side.
             surfels = surfels.turned(shading < 0)
             shading = np.abs(shading)
+        shading = shading * surfels.shadowing(slice(None), -flux_rays.direction[ray])
         flux = flux_rays.flux[ray] * surfels.albedo * np.clip(shading, 0, _MAX_SHADING)[:, None]
         found[part.start] = Map(surfels, flux, area.astype(np.float32), depth)
 

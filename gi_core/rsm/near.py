@@ -47,5 +47,7 @@ def arriving(tracer: Tracer, here: Surfels, bounces: int, seed: int) -> np.ndarr
         direction = cosine_hemisphere(here.normal, u)
         front = np.flatnonzero(dot(direction, here.face) > 0)
         met, hit = along_rays(tracer, here.origin[front], direction[front], here.place[front], reflecting=True)
-        irradiance[front[hit]] += met.albedo * arriving(tracer, met, bounces - 1, seed)
+        sent = met.albedo * arriving(tracer, met, bounces - 1, seed)
+        row = front[hit]
+        irradiance[row] += sent * np.reshape(here.shadowing(row, direction[row]), (-1, 1))
     return irradiance

@@ -37,7 +37,7 @@ class GBuffer:
     """What a camera sees at its pixels' centres, row 0 at the bottom.
 
     screen: whose. depth: (h, w) float32 along the view axis [m], inf where no surface is; all else is 0 there.
-    position, normal, face, albedo, emission: (h, w, 3) float32, as in Surfels; albedo is all that is reflected.
+    position, normal, smooth, face, albedo, emission: (h, w, 3) float32, as in Surfels; albedo is all that is reflected.
     triangle: (h, w) int32, −1 where no surface is, and weights: (h, w, 3) float32: the point on the mesh.
     geometry: what it was seen in.
     """
@@ -46,6 +46,7 @@ class GBuffer:
     depth: np.ndarray
     position: np.ndarray
     normal: np.ndarray
+    smooth: np.ndarray
     face: np.ndarray
     albedo: np.ndarray
     emission: np.ndarray
@@ -57,14 +58,15 @@ class GBuffer:
         """The pixels of every step-th row and column."""
         if step == 1:
             return self
-        images = (self.depth, self.position, self.normal, self.face, self.albedo, self.emission, self.triangle,
-                  self.weights)  # fmt: skip
+        images = (self.depth, self.position, self.normal, self.smooth, self.face, self.albedo, self.emission,
+                  self.triangle, self.weights)  # fmt: skip
         screen = Screen(self.screen.camera, self.screen.step * step)
         return GBuffer(screen, *(np.ascontiguousarray(i[::step, ::step]) for i in images), self.geometry)
 
     def on(self, device: Device) -> "GBuffer":
         """The buffer with what kernels read of it where they run."""
         images = {"depth": 1, "position": 3, "normal": 3, "face": 3, "albedo": 3}
+        images |= {"smooth": 3} if self.is_bumpy else {}
         return replace(self, **{name: device.array(getattr(self, name), c) for name, c in images.items()})
 
     @property
@@ -76,7 +78,13 @@ class GBuffer:
         """The points that are seen; `place` counts this buffer's pixels along rows."""
         place = np.flatnonzero(self.surface)
         images = (self.position, self.normal, self.face, self.albedo, self.emission)
-        return Surfels(*(i.reshape(-1, 3)[place] for i in images), place)
+        points = Surfels(*(i.reshape(-1, 3)[place] for i in images), place)
+        return replace(points, smooth=self.smooth.reshape(-1, 3)[place]) if self.is_bumpy else points
+
+    @property
+    def is_bumpy(self) -> bool:
+        """Whether normals may differ from meshes'."""
+        return self.geometry.has_normal_maps
 
 
 def g_buffer(tracer: Tracer, screen: Screen) -> Iterator[float]:
@@ -85,7 +93,7 @@ def g_buffer(tracer: Tracer, screen: Screen) -> Iterator[float]:
     camera = screen.camera
     origins, directions = surfels.camera_rays(camera)
     depth, triangle = np.full(h * w, np.inf, np.float32), np.full(h * w, -1, np.int32)
-    images = np.zeros((6, h * w, 3), np.float32)
+    images = np.zeros((7, h * w, 3), np.float32)
 
     def tile(part: slice):
         hits = tracer.closest(origins[part], directions[part])
@@ -97,16 +105,13 @@ def g_buffer(tracer: Tracer, screen: Screen) -> Iterator[float]:
         near = z <= camera.clip[1]
         rows = rows[near]
         depth[rows], triangle[rows] = z[near], hits.triangle[hit[near]]
-        values = (seen.position, seen.normal, seen.face, seen.albedo, seen.emission, hits.weights[hit])
+        values = (seen.position, seen.normal, seen.smooth, seen.face, seen.albedo, seen.emission, hits.weights[hit])
         for image, value in zip(images, values):
             image[rows] = value[near]
 
     yield from tiles.run(tile, tiles.slices(h * w, surfels.TILE))
-    position, normal, face, albedo, emission, weights = (i.reshape(h, w, 3) for i in images)
-    return GBuffer(
-        screen, depth.reshape(h, w), position, normal, face, albedo, emission, triangle.reshape(h, w), weights,
-        tracer.geometry,
-    )  # fmt: skip
+    *images, weights = (i.reshape(h, w, 3) for i in images)
+    return GBuffer(screen, depth.reshape(h, w), *images, triangle.reshape(h, w), weights, tracer.geometry)
 
 
 def direct_light(tracer: Tracer, buffer: GBuffer, light_samples: int, samples: int, seed: int) -> Iterator[float]:
@@ -195,4 +200,4 @@ def matching(now: Geometry, then: Geometry) -> np.ndarray:
 def slant(buffer: GBuffer) -> np.ndarray:
     """|n·v| of each pixel: (h · w,) float32."""
     view = buffer.screen.towards(buffer.position.reshape(-1, 3))
-    return np.abs(dot(buffer.normal.reshape(-1, 3), view))
+    return np.abs(dot(buffer.smooth.reshape(-1, 3), view))

@@ -44,6 +44,7 @@ def paths(tracer: Tracer, rays, bounces: int, seed: int, far: float = FAR, last:
         direction = onward(met, here)
         front = np.flatnonzero(dot(direction, met.face) > 0)
         met, direction, row, sent = met[front], direction[front], row[front], sent[front]
+        sent = sent * np.reshape(met.shadowing(slice(None), direction), (-1, 1))
         origin, place = met.origin, met.place
     return arrived
 

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from .. import tiles
+from ..bump import mean_shadowing
 from ..device import Device
 from ..kernels.clamped import clamped
 from ..kernels.hit_light import hit_light
@@ -91,12 +92,15 @@ class Search:
         return tiles.finish(depth_map(self.seen, self.device))
 
     @cached_property
-    def local(self) -> tuple[np.ndarray, np.ndarray]:
-        """Positions and normals of the full screen in camera space, where kernels run: (h, w, 3) each."""
-        axes = self.full.screen.axes.T.astype(np.float32)
+    def local(self) -> tuple[np.ndarray | None, ...]:
+        """Of the full screen in camera space, where kernels run, (h, w, 3) each: positions; normals, as long as there
+        is light that counts (`bump`); meshes' normals, None where these are the same."""
+        axes, normal, smooth = self.full.screen.axes.T.astype(np.float32), self.full.normal, None
         position = (self.full.position - self.full.screen.eye.astype(np.float32)) @ axes
-        local = position * self.full.surface[..., None], self.full.normal @ axes
-        return tuple(self.device.array(one, 3) for one in local)
+        if self.full.is_bumpy:
+            normal, smooth = normal * mean_shadowing(self.full.smooth, normal)[..., None], self.full.smooth @ axes
+        local = position * self.full.surface[..., None], normal @ axes, smooth
+        return tuple(one if one is None else self.device.array(one, 3) for one in local)
 
     @property
     def levels(self) -> int:
@@ -159,7 +163,7 @@ class Found:
         search, rays = self.search, self.search.rays
         device, settings, screen = search.device, search.settings, search.full.screen
         picture = device.run(clamped, picture, settings.clamp)
-        pixels, place, local = search.pixels, search.place, search.local if search.scans else None
+        pixels, place, (*local, shown) = search.pixels, search.place, search.local if search.scans else (None,)
 
         def look(part: slice):
             rest = None if self.rest is None else self.rest[part]
@@ -169,7 +173,7 @@ class Found:
             u = device.run(slice_draws, place[part], self.number * rays, rays, settings.seed)
             found = device.run(
                 horizon_scan, pixels[part], *local, picture, u, screen.pixels_per_unit, screen.parallel,
-                settings.thickness, settings.steps, float(np.hypot(*screen.shape)),
+                settings.thickness, settings.steps, float(np.hypot(*screen.shape)), shown,
             )  # fmt: skip
             return device.run(scan_light, *found, rest, level, rays)
 
@@ -196,11 +200,12 @@ def _marched(search: Search, valid: np.ndarray | None, number: int) -> Iterator[
     mixed = settings.mode == "mixed"
     steps, back = settings.mixed_steps if mixed else settings.steps, full.screen.back(settings.thickness)
     pixels, place, depth, points = search.pixels, search.place, search.depth, search.sequence(number)
+    smooth = full.smooth if full.is_bumpy else None
 
     def tile(part: slice):
         return device.run(
             screen_trace, pixels[part], place[part], valid, full.depth, full.position, full.normal,
-            full.face, depth, points, full.screen, settings.seed, back, steps, mixed,
+            full.face, depth, points, full.screen, settings.seed, back, steps, mixed, smooth,
         )  # fmt: skip
 
     return (yield from device.each(tile, len(search.places), max(1, _RAYS // search.rays)))
@@ -215,9 +220,10 @@ def _elsewhere(search: Search, hit: np.ndarray | None, number: int) -> Iterator[
 
     def tile(part: slice):
         here, n = points[part], part.stop - part.start
+        smooth = here.smooth if here.is_bumpy else None
         of_part = met[part.start * rays : part.stop * rays]
         rows = None if hit is None else np.flatnonzero(of_part == MISSED)
-        direction, rows = rays_of(here.place, here.normal, here.face, sequence, search.settings.seed, rows)
+        direction, rows = rays_of(here.place, here.normal, here.face, sequence, search.settings.seed, rows, smooth)
         if traced:
             of_part[rows] = MISSED
         # A place of its own for each ray, so that what it meets draws samples of its own.

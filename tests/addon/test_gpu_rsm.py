@@ -13,6 +13,7 @@ from gi_bake.gi_core import rsm
 from gi_bake.gi_core.gathering import Every, Strided
 from gi_bake.gi_core.geometry import Geometry
 from gi_bake.gi_core.kernels.lattice import agreeing, mixed, rows_of
+from gi_bake.gi_core.kernels.vpl_bump import bumped
 from gi_bake.gi_core.kernels.vpl_gather import BOUNDS, added, chosen, unshadowed
 from gi_bake.gi_core.rsm.disk import Disk
 from gi_bake.gi_core.rsm.interpolation import interpolated_indirect
@@ -23,6 +24,7 @@ from gi_bake.gi_core.sampling import Samples
 from gi_bake.gi_core.surfels import Surfels, from_camera
 from gi_bake.gi_core.tiles import finish
 from gi_bake.gi_core.trace import Tracer
+from gi_bake.gi_core.vectors import normalize
 from gi_bake.gi_core.vpls import Packed, Vpls
 from gi_bake.tests import shapes
 
@@ -89,6 +91,14 @@ def agrees(gpu, here, vpls, pattern, bound="disc", candidates=1, area=None):
 @pytest.mark.parametrize("bound", BOUNDS)
 def test_patterns_and_bounds(gpu, pattern, bound):
     agrees(gpu, surfels(333), lights(256), PATTERNS[pattern], bound)
+
+
+@pytest.mark.parametrize("n", [0, 1, 333])
+def test_relief(same, n):
+    here, vpls = surfels(n), Packed.of(lights(256))
+    picked = chosen(here, vpls, PATTERNS["strided"])
+    mesh_normal = normalize(here.normal + np.random.default_rng(3).normal(0, 0.4, (n, 3))).astype(np.float32)
+    same(bumped, picked, here.position, here.normal, mesh_normal, vpls.at)
 
 
 @pytest.mark.parametrize("candidates", [2, 4, 8])

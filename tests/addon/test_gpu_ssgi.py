@@ -193,6 +193,8 @@ def test_the_horizon_scan(gpu, size, parallel, slices):
     rest = (position, normal, random(h, w, 3)), (u, (F, F), parallel, 0.1, 6, 50.0)
     mostly(gpu, horizon_scan, pixels, *rest[0], *rest[1], share=0.99)
     mostly(gpu, horizon_scan, pixels[:0], *rest[0], u[:0], *rest[1][1:])
+    _, _, shown = surface(h, w, 6)
+    mostly(gpu, horizon_scan, pixels, *rest[0], *rest[1], shown, share=0.99)
 
 
 @pytest.mark.parametrize("n", LENGTHS)

@@ -14,13 +14,14 @@ from gi_bake.gi_core import metrics, ssgi, tiles
 from gi_bake.gi_core.device import NUMPY, GpuArray
 from gi_bake.gi_core.geometry import Geometry
 from gi_bake.gi_core.kernels.pixel_planes import pixel_planes
-from gi_bake.gi_core.kernels.screen_trace import screen_trace
+from gi_bake.gi_core.kernels.screen_trace import NO_RAY, screen_trace
 from gi_bake.gi_core.ssgi import pipeline
 from gi_bake.gi_core.ssgi.frame import direct_light, g_buffer
 from gi_bake.gi_core.ssgi.screen import Screen
 from gi_bake.gi_core.ssgi.search import Search
 from gi_bake.gi_core.ssgi.settings import SsgiSettings
 from gi_bake.gi_core.trace import Tracer
+from gi_bake.gi_core.vectors import normalize
 
 SCREEN = SsgiSettings(mode="screen_space", fallback="none", samples=8, frames=2, light_samples=4)
 MODES = {
@@ -86,16 +87,20 @@ def test_rays_of_a_sample_scene_meet_the_same_pixels(gpu, scene):
     geometry, camera = scene
     full = tiles.finish(g_buffer(Tracer(geometry), Screen(camera)))
     valid = np.random.default_rng(0).random(full.depth.size) > 0.1
+    tilted = normalize(full.normal + np.random.default_rng(1).normal(0, 0.4, full.normal.shape)).astype(np.float32)
     found = []
-    for certain, known in ((False, None), (True, valid)):
+    for certain, known, mesh_normal in ((False, None, None), (True, valid, None), (False, None, tilted)):
         for device in (NUMPY, gpu):
             search = Search(Tracer(geometry, device), full, full, replace(SCREEN, frames=1), None)
             found.append(device.numpy(device.run(
                 screen_trace, search.pixels, search.place, known, search.seen.depth, search.seen.position,
                 search.seen.normal, search.seen.face, search.depth, search.sequence(3), full.screen, 7, 1 / 1.1, 64,
-                certain,
+                certain, mesh_normal,
             )))  # fmt: skip
     assert (found[1] == found[0]).mean() > 0.9995 and (found[3] == found[2]).mean() > 0.9995
+    # Rays that relief hides do not leave.
+    assert (found[5] == found[4]).mean() > 0.999
+    assert (found[0] == NO_RAY).mean() + 0.02 < (found[4] == NO_RAY).mean() < 0.5
     assert 0.1 < (found[1] >= 0).mean() < 0.9 and (found[0] >= 0).mean() > 1.1 * (found[2] >= 0).mean()
 
 

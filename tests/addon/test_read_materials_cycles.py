@@ -242,7 +242,7 @@ def test_glossy_shaders_have_no_diffuse_part():
 def test_what_principled_has_besides_is_told():
     def make(tree):
         socket = tree.node("ShaderNodeBsdfPrincipled", Base_Color=(0.0, 0.0, 0.0), Transmission_Weight=0.5, Alpha=0.5,
-                           Coat_Weight=0.1, Normal=tree.node("ShaderNodeNormalMap"))
+                           Coat_Weight=0.1, Normal=tree.node("ShaderNodeNormalMap", Color=(0.9, 0.5, 0.8)))
         material = tree.surface(socket)
         volume = tree.node("ShaderNodeVolumeAbsorption")
         tree.tree.links.new(volume, tree.tree.nodes["Material Output"].inputs["Volume"])

@@ -1,0 +1,47 @@
+# SPDX-FileCopyrightText: 2026 GI Bake authors
+# SPDX-License-Identifier: GPL-3.0-or-later
+"""Shading normals of node trees: what normal maps, bumps and whatever else feed a shader's Normal input.
+
+They are baked like all that only Cycles can tell, in the object's space. Tangents, derivatives of heights and what
+nodes make of normals are then Cycles' own; what is left to do is what any mesh's normal needs, its object's matrix.
+"""
+
+import numpy as np
+
+from ...gi_core.scene import ColorSource
+from .baked import baked
+from .constants import estimate
+from .expression import key_of
+from .nodes import Feed, Reading
+
+
+def read_normal(source: Feed, reading: Reading) -> ColorSource | None:
+    """The `Feed` of a Normal input as a normal in the object's space, None for the mesh's own."""
+    source = _without_idle(source, reading)
+    if source.node is None:
+        return None
+    # What is asked for twice is one thing.
+    found = reading.known.setdefault(("normal", key_of(source)), baked(source, reading, is_normal=True))
+    if found is None:
+        reading.note("its normal or bump map is left out")
+    return found
+
+
+def _without_idle(source: Feed, reading: Reading) -> Feed:
+    """The same without nodes that do nothing."""
+    node = source.node
+    match node and node.type:
+        case "BUMP" if source.input("Height").node is None or _is(source, "Strength", 0, reading):
+            return _without_idle(source.input("Normal"), reading)
+        case "NORMAL_MAP" if _is(source, "Strength", 0, reading) or (
+            node.space == "TANGENT" and _is(source, "Color", (0.5, 0.5, 1), reading)
+        ):
+            return Feed(None, source.socket, source.groups)
+        case "NEW_GEOMETRY" if source.socket.name == "Normal":
+            return Feed(None, source.socket, source.groups)
+    return source
+
+
+def _is(source: Feed, name: str, value, reading: Reading) -> bool:
+    found = source.input(name)
+    return found.node is None and np.allclose(estimate(found, reading)[0], value)
