@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .. import surfels, tiles
+from .. import raster, surfels, tiles
 from ..device import NUMPY, Device
 from ..direct import lamps, surroundings
 from ..geometry import Geometry
@@ -85,9 +85,10 @@ def g_buffer(tracer: Tracer, screen: Screen) -> Iterator[float]:
     origins, directions = surfels.camera_rays(camera)
     depth, triangle = np.full(h * w, np.inf, np.float32), np.full(h * w, -1, np.int32)
     images = np.zeros((6, h * w, 3), np.float32)
+    drawn = yield from tracer.drawn(raster.of_camera(camera), origins, directions)
 
     def tile(part: slice):
-        hits = tracer.closest(origins[part], directions[part])
+        hits = tracer.closest(origins[part], directions[part], solid=drawn and drawn[part])
         hit = np.flatnonzero(hits.triangle >= 0)
         rows = hit + part.start
         on = hits.triangle[hit], hits.weights[hit]
