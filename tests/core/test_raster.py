@@ -53,11 +53,21 @@ def test_what_a_camera_sees_is_drawn(kind, resolution, subpixels):
     for seed in range(12):
         eye = camera(seed, kind, resolution, near=(1e-3, 0.2)[seed % 2])
         vertices, triangles = soup(40, seed)
-        far_away = np.float32([0, 0, 3000]) if seed % 3 == 0 else np.float32(0)
-        eye.matrix[:3, 3] += far_away
         rays = camera_rays(eye, subpixels)
-        hit.append(as_every_triangle(raster.of_camera(eye, subpixels), *rays, vertices + far_away, triangles))
+        hit.append(as_every_triangle(raster.of_camera(eye, subpixels), *rays, vertices, triangles))
     assert 0.2 < np.mean(hit) < 1
+
+
+@pytest.mark.parametrize("kind", ["PERSPECTIVE", "ORTHOGRAPHIC"])
+def test_far_from_the_origin_of_the_world(kind):
+    """Where rays start, by rounding, beside where they should; with edges along the rows and columns."""
+    eye = replace(camera(1, kind, (90, 80)), matrix=np.eye(4))
+    eye.matrix[:3, 3] = np.float64([0.1, 0.7, 0.3]) + 1e5
+    x, y, z = np.random.default_rng(2).uniform(-1, 1, (3, 200)) * [[1], [1], [0.3]]
+    corners = np.stack([np.stack([x + dx, y + dy, z - 1], -1) for dx, dy in ((0, 0), (0.2, 0), (0, 0.2))], 1)
+    vertices = (corners + eye.matrix[:3, 3]).reshape(-1, 3).astype(np.float32)
+    hit = as_every_triangle(raster.of_camera(eye), *camera_rays(eye), vertices, np.arange(600).reshape(-1, 3))
+    assert 0.2 < hit.mean() < 1
 
 
 def test_rows_of_a_camera():
