@@ -10,12 +10,13 @@ import numpy as np
 
 from .. import raster, surfels, tiles
 from ..device import NUMPY, Device
-from ..direct import lamps, surroundings
+from ..direct import surroundings
 from ..geometry import Geometry
 from ..images import spread
 from ..kernels.depth_pyramid import depth_pyramid
 from ..kernels.pixel_planes import pixel_planes
 from ..sampling import Samples
+from ..shadow_maps import lamps
 from ..surfels import Surfels
 from ..trace import Tracer
 from ..vectors import dot
@@ -109,14 +110,16 @@ def g_buffer(tracer: Tracer, screen: Screen) -> Iterator[float]:
     )  # fmt: skip
 
 
-def direct_light(tracer: Tracer, buffer: GBuffer, light_samples: int, samples: int, seed: int) -> Iterator[float]:
+def direct_light(
+    tracer: Tracer, buffer: GBuffer, light_samples: int, samples: int, seed: int, shadow_map_resolution: int = 0
+) -> Iterator[float]:
     """Irradiance of lamps, emitting surfaces and the sky. A generator of progress; returns (h, w, 3) float32 [W/m²].
 
     What a surface emits itself is not in it: that reaches others as direct light, of which it is a source here, so a
     hit sends on only what it reflects.
     """
     points = buffer.surfels()
-    irradiance = yield from lamps(tracer, points, light_samples, seed)
+    irradiance = yield from lamps(tracer, points, light_samples, seed, shadow_map_resolution)
     irradiance += yield from surroundings(tracer, points, Samples(samples), seed)
     return spread(irradiance, points.place, buffer.screen.shape)
 

@@ -111,9 +111,10 @@ def still(
     buffer = _traced(full, settings)
     if settings.mode == "off":
         return View(buffer, np.zeros((*buffer.depth.shape, 3), np.float32), {}, None)
-    direct = yield from tiles.within(
-        0.12, 0.2, direct_light(tracer, full, settings.light_samples, settings.samples, settings.seed)
+    work = direct_light(
+        tracer, full, settings.light_samples, settings.samples, settings.seed, settings.shadow_map_resolution
     )
+    direct = yield from tiles.within(0.12, 0.2, work)
     inputs = Inputs(full, buffer, direct, Search(tracer, full, buffer, settings, probes))
     for k in range(settings.frames):
         begin, end = (0.2 + 0.8 * (k + i) / settings.frames for i in (0, 1))
