@@ -10,12 +10,13 @@ import numpy as np
 import pytest
 from gi_bake.addon.bake import Job, bake
 from gi_bake.addon.read import read_scene
-from gi_bake.gi_core import raster, tiles
+from gi_bake.gi_core import raster, shadow_maps, tiles
 from gi_bake.gi_core.device import NUMPY
 from gi_bake.gi_core.geometry import Geometry
 from gi_bake.gi_core.gpu_raster import Raster, raster_of
 from gi_bake.gi_core.kernels.raster import MISS
 from gi_bake.gi_core.kernels.raster import raster as drawn
+from gi_bake.gi_core.kernels.shadow_map import shadow_map
 from gi_bake.gi_core.metrics import relmse
 from gi_bake.gi_core.receivers import cut, of_camera
 from gi_bake.gi_core.rsm import maps
@@ -25,7 +26,7 @@ from gi_bake.gi_core.scene import Camera, ColorSource, Mesh, Texture
 from gi_bake.gi_core.ssgi.frame import g_buffer
 from gi_bake.gi_core.ssgi.screen import Screen
 from gi_bake.gi_core.ssgi.settings import SsgiSettings
-from gi_bake.gi_core.surfels import camera_rays
+from gi_bake.gi_core.surfels import camera_rays, from_camera
 from gi_bake.gi_core.trace import FAR, Tracer
 from gi_bake.tests import shapes
 
@@ -194,6 +195,30 @@ def test_maps_of_lamps(gpu, scenes):
         np.testing.assert_allclose(one.flux, other.flux, atol=1e-4 * other.flux.max(initial=0))
 
 
+@pytest.mark.parametrize("n", [0, 1, 65, 1000])
+@pytest.mark.parametrize("lamp", [shapes.lamp("SUN"), shapes.lamp("SPOT", at=(0.5, 0.5, 2)),
+                                  shapes.lamp("POINT", at=(0.4, 0.6, 0.3))], ids=["sun", "spot", "point"])  # fmt: skip
+def test_points_in_shadow_maps(gpu, same, n, lamp):
+    rng = np.random.default_rng(n)
+    position, face = rng.random((n, 3), np.float32), rng.normal(size=(n, 3))
+    face = (face / np.linalg.norm(face, axis=-1, keepdims=True)).astype(np.float32)
+    lit = np.where(rng.random(n) < 0.8, -1, 0.5).astype(np.float32)
+    for view in views(lamp, np.float32([[0, 0, 0], [1, 1, 1]]), 13):
+        distance = rng.uniform(0, 2, view.resolution**2).astype(np.float32)
+        same(shadow_map, lit, position, face, distance, view.grid, 0.1)
+
+
+def test_shadow_maps_of_a_scene(gpu, scenes):
+    """Light by maps that are drawn and looked up on the card is that by maps of Embree's rays looked up in numpy."""
+    for name in ("cornell", "sunlit_room"):
+        geometry = Geometry(scenes[name])
+        points = from_camera(Tracer(geometry), replace(scenes[name].camera, resolution=(48, 32)))
+        on_card = with_raster(geometry, gpu)
+        on_card.device = gpu
+        expected, found = (tiles.finish(shadow_maps.lamps(t, points, 4, 0, 64)) for t in (Tracer(geometry), on_card))
+        assert expected.mean() > 0.01 and relmse(found, expected) <= 1e-5
+
+
 def test_nothing_to_see(gpu):
     tracer = with_raster(Geometry(shapes.scene([shapes.plate(5, 1)])), gpu)
     hits = tiles.finish(tracer.drawn(raster.of_camera(EYE), *camera_rays(EYE)))
@@ -268,6 +293,7 @@ def on_edges(core, layer, subpixels):
 @pytest.mark.parametrize("name, method, settings", [
     ("cornell", "rsm", RSM), ("pan", "rsm", replace(RSM, pattern="disk")), ("sunlit_room", "rsm", RSM),
     ("cornell", "ssgi", SCREEN), ("pan", "ssgi", SCREEN),
+    ("cornell", "rsm", replace(RSM, shadow_map_resolution=64)),
 ])  # fmt: skip
 def test_a_bake_as_the_processor_has_it(gpu, sample, monkeypatch, name, method, settings):
     """As a card that is one has it: pictures are drawn."""
