@@ -8,7 +8,8 @@
 
 A kernel is a function of numpy arrays in `kernels/NAME.py`; that is its definition. Beside it lies `NAME.glsl`, which
 computes one item, and in the same module `NAME_on_gpu`, which says what goes into that and what comes out. Arrays that
-a kernel gives stay where it ran, so kernels that follow each other move nothing.
+a kernel gives stay where it ran, so kernels that follow each other move nothing. Some kernels are drawn instead, by
+`GpuDevice.draw`: of many at one pixel the nearest counts.
 
 Blender has no storage buffers: arrays are textures of `_WIDTH` texels in a row, an item after the other, with the last
 axis in their channels. Whole numbers lie in them as floats, exact up to 2²⁴.
