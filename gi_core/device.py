@@ -277,14 +277,8 @@ class GpuDevice:
         key = ("draw", source, *((k, v.channels) for k, v in inputs.items()))
         if key not in self._programs:
             self._programs[key] = Drawing(self._gpu, source, inputs, with_sources, declared, sources)
-        picture = self._texture((*size, "RGBA32F"))
-        depth = self._texture((*size, "DEPTH_COMPONENT32F"))
+        picture, depth = (self._texture((*size, form)) for form in ("RGBA32F", "DEPTH_COMPONENT32F"))
         area = (rectangle[:, 1] - rectangle[:, 0]) * (rectangle[:, 3] - rectangle[:, 2]).astype(np.int64)
-        frame = self._gpu.types.GPUFrameBuffer(color_slots=[picture], depth_slot=depth)
-        with frame.bind():
-            frame.clear(color=nothing, depth=1.0)
-        # Blender's frame buffers do not keep their textures.
-        held = picture, depth
 
         def bound(shader):
             for name, values in inputs.items():
@@ -293,7 +287,14 @@ class GpuDevice:
                 shader.uniform_int(name, value)
             shader.uniform_float("reach_", float(reach))
 
-        self._waiting.append(lambda: self._programs[key].draw(frame, held, self._fence, area, _DISPATCH, bound))
+        def work():
+            # Blender's frame buffers do not keep their textures.
+            frame = self._gpu.types.GPUFrameBuffer(color_slots=[picture], depth_slot=depth)
+            with frame.bind():
+                frame.clear(color=nothing, depth=1.0)
+            yield from self._programs[key].draw(frame, self._fence, area, _DISPATCH, bound)
+
+        self._waiting.append(work)
         gone = _Gone(self, _size((*size, "RGBA32F")) + _size((*size, "DEPTH_COMPONENT32F")))
         return GpuArray(picture, (size[0] * size[1], 4), 4, np.dtype(np.float32), gone)
 

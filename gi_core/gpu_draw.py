@@ -61,7 +61,7 @@ class Drawing:
         self.rate = 1e7
         self._compiled = False
 
-    def draw(self, frame, held, fence, area: np.ndarray, seconds: float, bound) -> Iterator[float]:
+    def draw(self, frame, fence, area: np.ndarray, seconds: float, bound) -> Iterator[float]:
         """Draws rectangles in turns of about so many seconds. A generator of progress.
 
         area: (m,) int64 pixels of each. bound: gives the shader what it needs, but which rectangle is the first.

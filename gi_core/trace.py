@@ -136,7 +136,7 @@ class Tracer:
     ) -> Hits:
         """The nearest hit of each ray, no further than far [m]: (n, 3), (n, 3) unit directions -> Hits.
 
-        solid: those of the surfaces without an alpha, where they are known.
+        solid: those of the surfaces without an alpha, up to far, where they are known.
         """
         far = np.full(len(origins), far, np.float32)
         if solid is None and self._ask_card(len(origins)):
