@@ -8,12 +8,14 @@
 
 A kernel is a function of numpy arrays in `kernels/NAME.py`; that is its definition. Beside it lies `NAME.glsl`, which
 computes one item, and in the same module `NAME_on_gpu`, which says what goes into that and what comes out. Arrays that
-a kernel gives stay where it ran, so kernels that follow each other move nothing.
+a kernel gives stay where it ran, so kernels that follow each other move nothing. Some kernels are drawn instead, by
+`GpuDevice.draw`: of many at one pixel the nearest counts.
 
 Blender has no storage buffers: arrays are textures of `_WIDTH` texels in a row, an item after the other, with the last
 axis in their channels. Whole numbers lie in them as floats, exact up to 2²⁴.
 """
 
+import re
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -22,6 +24,7 @@ from pathlib import Path
 import numpy as np
 
 from . import kernels, tiles
+from .gpu_draw import Drawing
 
 _WIDTH_BITS = 11
 _WIDTH = 1 << _WIDTH_BITS
@@ -41,7 +44,7 @@ _SWIZZLE = {1: "x", 2: "xy", 3: "xyz", 4: "xyzw"}
 class NumpyDevice:
     """The processor: arrays are numpy's, kernels are called as they are."""
 
-    name, software, most = "cpu", True, 1 << 62
+    name, software, most, side = "cpu", True, 1 << 62, 1 << 62
 
     def array(self, values: np.ndarray, channels: int, nowhere: float | None = None) -> np.ndarray:
         """Values where kernels run; see `GpuDevice.array`."""
@@ -135,7 +138,7 @@ class GpuDevice:
 
     name: what Blender calls it. software: whether the processor does its work. bytes: in textures now; peak: so far, to
     be set back by whoever asks. budget: bytes beyond which no texture is kept for later. most: points that an array may
-    be about, of four items each.
+    be about, of four items each. side: of a picture that is drawn, in pixels, at the most.
     """
 
     def __init__(self):
@@ -149,7 +152,8 @@ class GpuDevice:
         self._waiting: list[Callable[[], None]] = []
         self.moved = self.bytes = self.peak = 0
         self.budget = 1 << 30
-        self.most = _WIDTH * gpu.capabilities.max_texture_size_get() // 4
+        self.side = gpu.capabilities.max_texture_size_get()
+        self.most = _WIDTH * self.side // 4
         self._fence = gpu.types.GPUTexture((1, 1), format="R32F")
 
     def array(self, values: np.ndarray | GpuArray, channels: int, nowhere: float | None = None) -> GpuArray:
@@ -249,6 +253,51 @@ class GpuDevice:
 
         self._waiting.append(lambda: self._worked(program, n, inputs, outputs, integers, floats, steps))
 
+    def draw(
+        self,
+        source: str,
+        size: tuple[int, int],
+        rectangle: np.ndarray,
+        inputs: dict[str, tuple[np.ndarray | GpuArray, int]],
+        nothing: tuple[float, float, float, float],
+        reach: float,
+        with_sources: tuple[str, ...] = (),
+    ) -> GpuArray:
+        """Draws rectangles of pixels into a picture: `vec4 kernel(int i, int k)` of kernels/SOURCE.glsl is what
+        rectangle k has at pixel i; its last channel says how far away that is, below zero or from `reach` on for
+        nothing there.
+
+        size: width and height of the picture. rectangle: (m, 4) integers, first and last column and row, the last not
+        included. inputs, with_sources: as for `dispatch`.
+        Returns of each pixel the value that is nearest, `nothing` where none is: (w · h, 4), to be read and not to be
+        worked on, for it lies in a picture's rows.
+        """
+        inputs = {"rectangle": (rectangle, 4)} | inputs
+        inputs = {name: self.array(*values) for name, values in inputs.items()}
+        key = ("draw", source, *((k, v.channels) for k, v in inputs.items()))
+        if key not in self._programs:
+            self._programs[key] = Drawing(self._gpu, source, inputs, with_sources, declared, sources)
+        picture, depth = (self._texture((*size, form)) for form in ("RGBA32F", "DEPTH_COMPONENT32F"))
+        area = (rectangle[:, 1] - rectangle[:, 0]) * (rectangle[:, 3] - rectangle[:, 2]).astype(np.int64)
+
+        def bound(shader):
+            for name, values in inputs.items():
+                given(shader.uniform_sampler, f"{name}_", values.texture)
+            for name, value in zip(("width_", "height_"), size):
+                shader.uniform_int(name, value)
+            shader.uniform_float("reach_", float(reach))
+
+        def work():
+            # Blender's frame buffers do not keep their textures.
+            frame = self._gpu.types.GPUFrameBuffer(color_slots=[picture], depth_slot=depth)
+            with frame.bind():
+                frame.clear(color=nothing, depth=1.0)
+            yield from self._programs[key].draw(frame, self._fence, area, _DISPATCH, bound)
+
+        self._waiting.append(work)
+        gone = _Gone(self, _size((*size, "RGBA32F")) + _size((*size, "DEPTH_COMPONENT32F")))
+        return GpuArray(picture, (size[0] * size[1], 4), 4, np.dtype(np.float32), gone)
+
     def _done(self) -> Iterator[float]:
         """Does what waits: a generator of progress."""
         count = len(self._waiting)
@@ -265,13 +314,13 @@ class GpuDevice:
             begin = time.perf_counter()
             shader.bind()
             for name, values in inputs.items():
-                _given(shader.uniform_sampler, f"{name}_", values.texture)
+                given(shader.uniform_sampler, f"{name}_", values.texture)
             for name, values in outputs.items():
-                _given(shader.image, f"{name}_", values.texture)
+                given(shader.image, f"{name}_", values.texture)
             for name, value in (*integers.items(), ("first_", first), ("last_", first + count)):
-                _given(shader.uniform_int, name, int(value))
+                given(shader.uniform_int, name, int(value))
             for name, value in floats.items():
-                _given(shader.uniform_float, name, float(value))
+                given(shader.uniform_float, name, float(value))
             groups = -(-count // _GROUP)
             gpu.compute.dispatch(shader, min(groups, _ROW), -(-groups // _ROW), 1)
             # A shader that is freed while it is bound takes Blender down at the next bind.
@@ -289,14 +338,7 @@ class GpuDevice:
 
     def _compiled(self, source, inputs, outputs, integers, floats, defines, with_sources):
         info = self._gpu.types.GPUShaderCreateInfo()
-        lines = []
-        for slot, (name, values) in enumerate(inputs.items()):
-            info.sampler(slot, "FLOAT_2D", f"{name}_")
-            info.define(f"{name}_t", _TYPES[values.channels])
-            lines.append(
-                f"{_TYPES[values.channels]} {name}(int i) {{ return texelFetch({name}_, ivec2(i & {_WIDTH - 1}, "
-                f"i >> {_WIDTH_BITS}), 0).{_SWIZZLE[values.channels]}; }}"
-            )
+        lines = declared(info, inputs, (*integers, "first_", "last_"), floats, defines)
         for slot, (name, values) in enumerate(outputs.items()):
             info.define(f"{name}_t", _TYPES[values.channels])
             info.image(slot, _FORMATS[values.channels], "FLOAT_2D", f"{name}_", qualifiers={"WRITE"})
@@ -305,22 +347,39 @@ class GpuDevice:
                 f"void set_{name}(int i, {_TYPES[values.channels]} v) {{ imageStore({name}_, ivec2(i & {_WIDTH - 1}, "
                 f"i >> {_WIDTH_BITS}), vec4({filled})); }}"
             )
-        for name in (*integers, "first_", "last_"):
-            info.push_constant("INT", name)
-        for name in floats:
-            info.push_constant("FLOAT", name)
-        for name, value in defines.items():
-            info.define(name, str(value))
         info.local_group_size(_GROUP, 1, 1)
-        folder = Path(kernels.__file__).parent
-        lines += [(folder / f"{name}.glsl").read_text() for name in (*with_sources, source)]
+        lines += sources(*with_sources, source)
         lines.append(
             f"void main() {{ int i = first_ + int(gl_GlobalInvocationID.y) * {_GROUP * _ROW} "
             "+ int(gl_GlobalInvocationID.x); if (i < last_) { kernel_(i); } }"
         )
-        # `kernel` is a word of Metal's own.
-        info.compute_source("\n".join(lines).replace("void kernel(", "void kernel_("))
+        info.compute_source("\n".join(lines))
         return self._gpu.shader.create_from_info(info)
+
+
+def declared(info, inputs: dict[str, GpuArray], integers, floats, defines: dict[str, int]) -> list[str]:
+    """Gives a shader's description its inputs and numbers; returns the lines that read the inputs."""
+    lines = []
+    for slot, (name, values) in enumerate(inputs.items()):
+        info.sampler(slot, "FLOAT_2D", f"{name}_")
+        info.define(f"{name}_t", _TYPES[values.channels])
+        lines.append(
+            f"{_TYPES[values.channels]} {name}(int i) {{ return texelFetch({name}_, ivec2(i & {_WIDTH - 1}, "
+            f"i >> {_WIDTH_BITS}), 0).{_SWIZZLE[values.channels]}; }}"
+        )
+    for name in integers:
+        info.push_constant("INT", name)
+    for name in floats:
+        info.push_constant("FLOAT", name)
+    for name, value in defines.items():
+        info.define(name, str(value))
+    return lines
+
+
+def sources(*names: str) -> list[str]:
+    """Text of kernels/NAME.glsl. `kernel` is a word of Metal's own."""
+    folder = Path(kernels.__file__).parent
+    return [re.sub(r"\bkernel\(", "kernel_(", (folder / f"{name}.glsl").read_text()) for name in names]
 
 
 Device = NumpyDevice | GpuDevice
@@ -333,10 +392,10 @@ def _extent(items: int) -> tuple[int, int]:
 
 def _size(key: tuple[int, int, str]) -> int:
     """Bytes of a texture of a width, a height and a format."""
-    return 4 * key[0] * key[1] * {"R32F": 1, "RG32F": 2, "RGBA32F": 4}[key[2]]
+    return 4 * key[0] * key[1] * {"R32F": 1, "RG32F": 2, "RGBA32F": 4, "DEPTH_COMPONENT32F": 1}[key[2]]
 
 
-def _given(setter: Callable, name: str, value):
+def given(setter: Callable, name: str, value):
     """Sets what a shader has. OpenGL drops what a shader does not use, and Blender then finds no such name."""
     try:
         setter(name, value)

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Direct light at surfels, from every kind of source, with soft shadows. The calibration against Cycles rests here."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -29,7 +29,8 @@ _CANDIDATES = 4
 Brdf = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
-def _is_hard(light: Light) -> bool:
+def is_hard(light: Light) -> bool:
+    """Whether all of a lamp's light comes from one point, or one direction."""
     return {"SUN": light.angle, "AREA": 1.0}.get(light.kind, light.radius) <= 0
 
 
@@ -40,7 +41,7 @@ def from_lamp(
 
     brdf: weighs it by what the surface reflects, for radiance [W/(m²·sr)] instead.
     """
-    samples = 1 if _is_hard(light) else samples
+    samples = 1 if is_hard(light) else samples
     n = len(surfels)
     u = rotated(r2_sequence(samples), surfels.place, seed).reshape(-1, 2)
     row = np.repeat(np.arange(n), samples)
@@ -100,13 +101,15 @@ def from_environment(
     return arrived.reshape(n, count, 3).mean(1)
 
 
-def from_lamps(tracer: Tracer, surfels: Surfels, samples: int, seed: int) -> np.ndarray:
+def from_lamps(
+    tracer: Tracer, surfels: Surfels, samples: int, seed: int, lights: Sequence[Light] | None = None
+) -> np.ndarray:
     """Irradiance from all lamps and from suns in the environment, all points at once: (n, 3) float32 [W/m²].
 
-    samples: for each soft lamp, and for the suns.
+    samples: for each soft lamp, and for the suns. lights: the lamps, None for the scene's.
     """
     irradiance = np.zeros((len(surfels), 3), np.float32)
-    for k, light in enumerate(tracer.geometry.scene.lights):
+    for k, light in enumerate(tracer.geometry.scene.lights if lights is None else lights):
         irradiance += from_lamp(tracer, surfels, light, samples, seed * 1024 + k)
     if tracer.suns:
         irradiance += from_environment(tracer, surfels, tracer.suns, Samples(samples), seed * 1024 + 1021)
@@ -131,9 +134,11 @@ def from_surroundings(tracer: Tracer, surfels: Surfels, samples: Samples, seed: 
     return irradiance
 
 
-def lamps(tracer: Tracer, surfels: Surfels, samples: int, seed: int) -> Iterator[float]:
+def lamps(
+    tracer: Tracer, surfels: Surfels, samples: int, seed: int, lights: Sequence[Light] | None = None
+) -> Iterator[float]:
     """`from_lamps` for any number of surfels, tile by tile. A generator of progress; returns (n, 3) float32 [W/m²]."""
-    return (yield from _tiled(lambda here: from_lamps(tracer, here, samples, seed), surfels, samples))
+    return (yield from _tiled(lambda here: from_lamps(tracer, here, samples, seed, lights), surfels, samples))
 
 
 def surroundings(tracer: Tracer, surfels: Surfels, samples: Samples, seed: int) -> Iterator[float]:

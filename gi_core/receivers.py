@@ -13,16 +13,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from . import directional, surfels, tiles
+from . import directional, raster, surfels, tiles
 from .atlas import Page
 from .corners import Corners
 from .geometry import Geometry
 from .scene import Camera
 from .surfels import Surfels
-from .trace import Tracer
+from .trace import Hits, Tracer
 
 # Memory that a point takes while its light is worked out, all its arrays together [bytes]; measured.
 POINT_BYTES = 300
+
+
+# What lies at the places of some rows, and whether the surface covers each place's centre, (n,) bool.
+Points = Callable[[slice], tuple[Surfels, np.ndarray]]
 
 
 @dataclass(frozen=True)
@@ -31,8 +35,8 @@ class Receiver:
 
     name: of the object; "" for the camera.
     width, height: of the grid.
-    points: what lies at the places of some rows: a slice to Surfels, whose `place` is row · width + column, and whether
-        the surface covers each place's centre (n,) bool.
+    points: what lies at the places of some rows; the Surfels' `place` is row · width + column.
+    drawn: makes `points` for rows that are about to be asked for, on the main thread; a generator of progress.
     subpixels: of a pixel along each axis.
     is_image: places that are neighbours in the grid are neighbours on the surface.
     streams: of random numbers, of each place; None for each its own. (width · height,) int64.
@@ -41,10 +45,11 @@ class Receiver:
     name: str
     width: int
     height: int
-    points: Callable[[slice], tuple[Surfels, np.ndarray]]
+    points: Points
     subpixels: int = 1
     is_image: bool = True
     streams: np.ndarray | None = None
+    drawn: Callable[[slice], Iterator[float]] | None = None
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -54,13 +59,22 @@ class Receiver:
 
 def of_camera(tracer: Tracer, camera: Camera, subpixels: int) -> Receiver:
     """The image of a camera."""
+    width, height = (n * subpixels for n in camera.resolution)
 
-    def points(rows: slice):
-        seen = surfels.from_camera(tracer, camera, subpixels, rows)
+    def points(rows: slice, solid: Hits | None = None):
+        seen = surfels.from_camera(tracer, camera, subpixels, rows, solid)
         return seen, np.ones(len(seen), bool)
 
-    width, height = (n * subpixels for n in camera.resolution)
-    return Receiver("", width, height, points, subpixels)
+    def drawn(rows: slice):
+        if tracer.raster is None:
+            return points
+        grid = raster.of_camera(camera, subpixels, rows)
+        solid = yield from tracer.drawn(grid, *surfels.camera_rays(camera, subpixels, rows))
+        if solid is None:
+            return points
+        return lambda part: points(part, solid[(part.start - rows.start) * width : (part.stop - rows.start) * width])
+
+    return Receiver("", width, height, points, subpixels, drawn=drawn)
 
 
 def of_page(geometry: Geometry, page: Page, side: int = 0) -> Receiver:
@@ -134,20 +148,22 @@ class Tile:
         """
         parts, base = [], 0
         for band in self.bands:
-            width = band.receiver.width
+            width, points = band.receiver.width, band.receiver.points
+            if band.receiver.drawn is not None:
+                points = yield from band.receiver.drawn(band.rows)
             for rows in tiles.slices(band.height, max(1, surfels.TILE // width)):
                 part = slice(band.rows.start + rows.start, band.rows.start + rows.stop)
-                parts.append((band.receiver, part, base - band.rows.start * width))
+                parts.append((points, band.receiver.streams, part, base - band.rows.start * width))
             base += band.height * width
         found = {}
 
         def make(part: slice):
             for k in range(part.start, part.stop):
-                receiver, rows, shift = parts[k]
-                here, centred = receiver.points(rows)
+                points, streams, rows, shift = parts[k]
+                here, centred = points(rows)
                 place = here.place + shift
-                if receiver.streams is not None:
-                    here = replace(here, place=receiver.streams[here.place])
+                if streams is not None:
+                    here = replace(here, place=streams[here.place])
                 found[k] = here, place, centred
 
         yield from tiles.run(make, tiles.slices(len(parts), 1))

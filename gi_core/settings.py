@@ -50,6 +50,14 @@ class Settings:
     light_samples: int = setting(
         32, "Samples of each soft lamp for each pixel, texel or vertex; more give smoother shadows", low=1, high=4096
     )
+    shadow_map_resolution: int = setting(
+        0,
+        "Shadows of lamps in direct light by maps of so many texels along their side, one for each sample of a lamp: "
+        "for graphics cards; edges are off by a texel or two. 0 finds them by rays, which is exact",
+        low=0,
+        high=8192,
+        unit="texels",
+    )
     seed: int = setting(0, "Start of the random sequence; the same seed gives the same picture", low=0, high=2**20)
     device: str = setting("auto", "What computes: the processor or the graphics card", choices=("auto", "cpu", "gpu"))
     denoise: str = setting(

@@ -13,7 +13,7 @@ from .emitters import strewn
 from .geometry import Geometry
 from .scene import Camera
 from .texels import covered_texels
-from .trace import FAR, Tracer
+from .trace import FAR, Hits, Tracer
 from .vectors import dot, length, normalize, offset
 
 TILE = 1 << 16
@@ -125,12 +125,13 @@ def along_rays(
     place: np.ndarray,
     far: float = FAR,
     reflecting: bool = False,
+    solid: Hits | None = None,
 ) -> tuple[Surfels, np.ndarray]:
     """The surfels where rays hit, facing back along them, and the indices of the rays that hit: (n, 3), (n, 3), (n,).
 
-    reflecting: as for `at`.
+    reflecting: as for `at`. solid: as for `Tracer.closest`.
     """
-    hits = tracer.closest(origins, directions, far)
+    hits = tracer.closest(origins, directions, far, solid)
     hit = np.flatnonzero(hits.triangle >= 0)
     triangle, weights = hits.triangle[hit], hits.weights[hit]
     return at(tracer.geometry, triangle, weights, place[hit], -directions[hit], reflecting), hit
@@ -158,11 +159,14 @@ def camera_rays(camera: Camera, subpixels: int = 1, rows: slice | None = None) -
     return origins.astype(np.float32), normalize(direction.reshape(-1, 3) @ rotation.T).astype(np.float32)
 
 
-def from_camera(tracer: Tracer, camera: Camera, subpixels: int = 1, rows: slice | None = None) -> Surfels:
-    """What each (sub)pixel sees; `place` counts subpixels along rows. rows: of subpixels, None for all."""
+def from_camera(
+    tracer: Tracer, camera: Camera, subpixels: int = 1, rows: slice | None = None, solid: Hits | None = None
+) -> Surfels:
+    """What each (sub)pixel sees; `place` counts subpixels along rows. rows: of subpixels, None for all. solid: as for
+    `Tracer.closest`."""
     origins, directions = camera_rays(camera, subpixels, rows)
     first = rows.start * camera.resolution[0] * subpixels if rows else 0
-    surfels, _ = along_rays(tracer, origins, directions, first + np.arange(len(origins)))
+    surfels, _ = along_rays(tracer, origins, directions, first + np.arange(len(origins)), solid=solid)
     # The near plane is where rays start; the far one cuts what lies behind it.
     axis = -camera.matrix[:3, 2]
     return surfels[(surfels.position - camera.matrix[:3, 3]) @ axis <= camera.clip[1]]

@@ -10,7 +10,7 @@ import numpy as np
 
 from . import images, tiles
 from .coarse import Coarse
-from .direct import lamps, surroundings
+from .direct import surroundings
 from .receivers import Tile
 from .refine import Estimate, Goal, refined
 from .rsm.glossy import glossy_light
@@ -18,6 +18,7 @@ from .rsm.interpolation import interpolated_indirect
 from .sampling import Samples
 from .scene import Camera
 from .settings import Settings
+from .shadow_maps import lamps
 from .surfels import Surfels
 from .techniques import Technique
 from .tiles import named
@@ -69,7 +70,8 @@ class TileLight:
         points, place, centred = yield from named("points", tile.points())
         direct = np.zeros((len(points), 3), np.float32)
         if self.direct:
-            work = lamps(self.tracer, points, settings.light_samples, settings.seed)
+            resolution = settings.shadow_map_resolution
+            work = lamps(self.tracer, points, settings.light_samples, settings.seed, resolution)
             direct = yield from named("lamps", work)
 
         def layers(light: dict[str, np.ndarray]) -> dict[str, np.ndarray]:

@@ -8,6 +8,7 @@ one that reaches it; what both find is the same but for rounding.
 """
 
 import threading
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -19,7 +20,9 @@ from .device import NUMPY, Device
 from .emitters import emitters
 from .environment import parted
 from .geometry import Geometry
+from .gpu_raster import Raster, raster_of
 from .gpu_rays import GpuRays, gpu_rays
+from .raster import Grid
 from .sampling import hash01
 from .vectors import dot, length, offset
 
@@ -44,6 +47,10 @@ class Hits:
     triangle: np.ndarray
     weights: np.ndarray
     distance: np.ndarray
+
+    def __getitem__(self, rows) -> "Hits":
+        """Those of the rays that a slice, mask or index array picks."""
+        return Hits(self.triangle[rows], self.weights[rows], self.distance[rows])
 
 
 class _Triangles:
@@ -99,7 +106,8 @@ class Tracer:
         self.glow = emitters(geometry)
         clear, casts = geometry.clear, geometry.casts
         solid = casts & ~clear
-        self._solid = _Triangles(geometry, None if solid.all() else np.flatnonzero(solid))
+        self._solid_index = np.flatnonzero(solid)
+        self._solid = _Triangles(geometry, None if solid.all() else self._solid_index)
         self._clear = _Triangles(geometry, np.flatnonzero(clear & casts))
 
     @cached_property
@@ -107,19 +115,36 @@ class Tracer:
         """The triangles on the device, None where rays are Embree's alone. To be asked for on the main thread."""
         return gpu_rays(self.geometry, self.device)
 
-    def _ask_card(self, rays: int) -> bool:
-        is_main = threading.current_thread() is threading.main_thread()
-        return rays >= _WORTH and is_main and self.on_card is not None
+    @cached_property
+    def raster(self) -> Raster | None:
+        """Draws pictures on the device, None where rays find what they show. To be asked for on the main thread."""
+        return raster_of(self.geometry, self._solid_index, self.device)
 
-    def closest(self, origins: np.ndarray, directions: np.ndarray, far: float = FAR) -> Hits:
-        """The nearest hit of each ray, no further than far [m]: (n, 3), (n, 3) unit directions -> Hits."""
+    def _ask_card(self, rays: int) -> bool:
+        return rays >= _WORTH and _is_main() and self.on_card is not None
+
+    def drawn(self, grid: Grid, origins: np.ndarray, directions: np.ndarray) -> Iterator[float]:
+        """What the rays of a picture's pixels, (w · h, 3) each, row by row, meet first of the surfaces without an
+        alpha. A generator of progress; returns Hits, for `closest`, or None where that is to find them itself."""
+        hits = None
+        if _is_main() and self.raster is not None:
+            hits = yield from self.raster.drawn(grid, origins, directions)
+        return hits and Hits(*hits)
+
+    def closest(
+        self, origins: np.ndarray, directions: np.ndarray, far: float = FAR, solid: Hits | None = None
+    ) -> Hits:
+        """The nearest hit of each ray, no further than far [m]: (n, 3), (n, 3) unit directions -> Hits.
+
+        solid: those of the surfaces without an alpha, up to far, where they are known.
+        """
         far = np.full(len(origins), far, np.float32)
-        if self._ask_card(len(origins)):
+        if solid is None and self._ask_card(len(origins)):
             return Hits(*self.on_card.closest(origins, directions, far))
-        hits = self._solid.closest(origins, directions, far)
+        hits = self._solid.closest(origins, directions, far) if solid is None else solid
         if self._clear.empty:
             return hits
-        _, nearer = self._through(origins, directions, hits.distance, _drawn(origins, directions))
+        _, nearer = self._through(origins, directions, hits.distance, _ended(origins, directions))
         first = nearer.triangle >= 0
         return Hits(*(np.where(first if a.ndim == 1 else first[:, None], a, b)
                       for a, b in ((nearer.triangle, hits.triangle), (nearer.weights, hits.weights),
@@ -133,7 +158,7 @@ class Tracer:
         if not self._clear.empty:
             free = np.flatnonzero(~blocked)
             origins, directions = origins[free], directions[free]
-            _, hits = self._through(origins, directions, far[free], _drawn(origins, directions))
+            _, hits = self._through(origins, directions, far[free], _ended(origins, directions))
             blocked[free] = hits.triangle >= 0
         return blocked
 
@@ -181,7 +206,11 @@ class Tracer:
         return ~self.occluded(origins, d / np.maximum(distance, 1e-20)[:, None], distance * np.float32(1 - 1e-4))
 
 
-def _drawn(origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
+def _is_main() -> bool:
+    return threading.current_thread() is threading.main_thread()
+
+
+def _ended(origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
     """A number in [0, 1) for each ray, of its own bits: the same whatever else is traced with it. (n,) float32."""
     bits = np.concatenate([origins, directions], -1).astype(np.float32).view(np.uint32)
     factors = np.array([0x9E3779B1, 0x85EBCA77, 0xC2B2AE3D, 0x27D4EB2F, 0x165667B1, 0xD3A2646D], np.uint32)

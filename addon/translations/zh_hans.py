@@ -225,6 +225,8 @@ _TEXTS = {
     "How often light is reflected before it arrives; 1 is the first bounce": "光线到达前的反射次数；1 表示首次反弹",
     "Light Samples": "灯光采样",
     "Samples of each soft lamp for each pixel, texel or vertex; more give smoother shadows": "每像素、纹素或顶点对每盏柔光灯的采样数；越多阴影越平滑",
+    "Shadow Map Resolution": "阴影贴图分辨率",
+    "Shadows of lamps in direct light by maps of so many texels along their side, one for each sample of a lamp: for graphics cards; edges are off by a texel or two. 0 finds them by rays, which is exact": "直接光中灯光的阴影使用边长为此纹素数的贴图，每盏灯的每个采样一张：适用于显卡；阴影边缘有一两个纹素的偏差。0 表示用光线求阴影，结果精确",
     "Seed": "种子",
     "Start of the random sequence; the same seed gives the same picture": "随机序列的起点；种子相同则画面相同",
     "What computes: the processor or the graphics card": "计算设备：处理器或显卡",

@@ -45,18 +45,9 @@ vec4 traced(vec3 origin, vec3 direction, float far_)
         vec3 a = corner_a(k) - origin;
         vec3 b = corner_b(k) - origin;
         vec3 c = corner_c(k) - origin;
-        float u = dot(cross(c - a, c + a), direction);
-        float v = dot(cross(a - b, a + b), direction);
-        float w = dot(cross(b - c, b + c), direction);
-        float total = u + v + w;
-        float slack = 1.1920929e-07 * abs(total);
-        if (min(min(u, v), w) >= -slack || max(max(u, v), w) <= slack) {
-          vec3 normal = cross(b - a, c - a);
-          float slant = dot(normal, direction);
-          float at = slant != 0.0 ? dot(normal, a) / slant : -1.0;
-          if (at >= 0.0 && at <= hit.w) {
-            hit = vec4(float(k), u / total, v / total, at);
-          }
+        vec3 found = met(a, b, c, direction);
+        if (found.z >= 0.0 && found.z <= hit.w) {
+          hit = vec4(float(k), found);
         }
       }
     }

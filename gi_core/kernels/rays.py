@@ -50,8 +50,17 @@ def occluded_on_gpu(gpu, origins, directions, far, bvh):
 
 def _met(origins, directions, far, bvh):
     """Where each ray meets each triangle: distance, infinite for none, and weights u and v, (n, t) each."""
-    a, b, c = (corner[None] - origins[:, None] for corner in (bvh.a, bvh.b, bvh.c))
-    d = directions[:, None]
+    corners = (corner[None] - origins[:, None] for corner in (bvh.a, bvh.b, bvh.c))
+    distance, u, v = met(*corners, directions[:, None])
+    with np.errstate(invalid="ignore"):
+        return np.where((distance >= 0) & (distance <= far[:, None]), distance, np.inf), u, v
+
+
+def met(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Where rays along d meet triangles, whose corners are seen from the rays' start: (..., 3) each.
+
+    Returns the distance (...), below zero or NaN for none, and weights u and v of the second and the third corner.
+    """
     u = dot(np.cross(c - a, c + a), d)
     v = dot(np.cross(a - b, a + b), d)
     w = dot(np.cross(b - c, b + c), d)
@@ -62,8 +71,7 @@ def _met(origins, directions, far, bvh):
     slant = dot(normal, d)
     with np.errstate(divide="ignore", invalid="ignore"):
         distance = dot(normal, a) / slant
-        hit = inside & (slant != 0) & (distance >= 0) & (distance <= far[:, None])
-        return np.where(hit, distance, np.inf), u / total, v / total
+        return np.where(inside & (slant != 0), distance, np.float32(-1)), u / total, v / total
 
 
 def trace(gpu, source: str, n: int, inputs: dict, outputs: dict, bvh, is_any: bool, integers: dict | None = None):
@@ -74,7 +82,7 @@ def trace(gpu, source: str, n: int, inputs: dict, outputs: dict, bvh, is_any: bo
         corners["which"] = (bvh.triangle, 1)
     gpu.dispatch(
         source, n, {**inputs, **boxes, **corners}, outputs, integers=integers,
-        defines={"ANY": int(is_any)}, with_sources=("rays",), steps=_STEPS,
+        defines={"ANY": int(is_any)}, with_sources=("triangle", "rays"), steps=_STEPS,
     )  # fmt: skip
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from .. import tiles
 from ..surfels import TILE, Surfels, along_rays
-from ..trace import Tracer
+from ..trace import Hits, Tracer
 from ..vectors import dot, length
 from ..vpls import Vpls
 from .views import Rays, View, texel_rays
@@ -49,30 +49,40 @@ class Map:
 
 
 def render(tracer: Tracer, views: list[View], seed: int) -> Iterator[float]:
-    """The maps of views, with all their rays in one go: an area light has sixteen. A generator of progress; returns a
-    list of Maps."""
-    if not views:
-        return []
-    flux_rays = [texel_rays(view, seed + k) for k, view in enumerate(views)]
-    every = yield from trace_flux(tracer, Rays.concatenate(flux_rays), from_lamps=True)
-    first = np.cumsum([0] + [len(r.origin) for r in flux_rays])
-    ends = np.searchsorted(every.surfels.place, first)
-    maps = []
-    for view, base, begin, end in zip(views, first, ends, ends[1:]):
-        part = every[begin:end]
-        maps.append(replace(part, surfels=replace(part.surfels, place=part.surfels.place - base), view=view))
-    return maps
+    """The maps of views, those that are not drawn with all their rays in one go: an area light has sixteen. A generator
+    of progress; returns a list of Maps."""
+    maps, traced = {}, []
+    for k, view in enumerate(views):
+        flux_rays = texel_rays(view, seed + k)
+        drawn = None
+        if (grid := view.grid) is not None:
+            drawn = yield from tracer.drawn(grid, flux_rays.origin, flux_rays.direction)
+        if drawn is None:
+            traced.append((k, flux_rays))
+        else:
+            maps[k] = yield from trace_flux(tracer, flux_rays, from_lamps=True, solid=drawn)
+    if traced:
+        every = yield from trace_flux(tracer, Rays.concatenate([r for _, r in traced]), from_lamps=True)
+        first = np.cumsum([0] + [len(r.origin) for _, r in traced])
+        ends = np.searchsorted(every.surfels.place, first)
+        for (k, _), base, begin, end in zip(traced, first, ends, ends[1:]):
+            part = every[begin:end]
+            maps[k] = replace(part, surfels=replace(part.surfels, place=part.surfels.place - base))
+    return [replace(maps[k], view=view) for k, view in enumerate(views)]
 
 
-def trace_flux(tracer: Tracer, flux_rays: Rays, from_lamps: bool = False) -> Iterator[float]:
+def trace_flux(
+    tracer: Tracer, flux_rays: Rays, from_lamps: bool = False, solid: Hits | None = None
+) -> Iterator[float]:
     """Follows rays that carry flux to the surfaces that reflect it. A generator of progress; returns a Map whose
-    `place` is the ray's index."""
+    `place` is the ray's index. solid: as for `Tracer.closest`."""
     parts = tiles.slices(len(flux_rays.origin), TILE)
     found: dict[int, Map] = {}
 
     def tile(part: slice):
         origin, direction = flux_rays.origin[part], flux_rays.direction[part]
-        surfels, hit = along_rays(tracer, origin, direction, np.arange(part.start, part.stop), reflecting=True)
+        place, known = np.arange(part.start, part.stop), solid and solid[part]
+        surfels, hit = along_rays(tracer, origin, direction, place, reflecting=True, solid=known)
         ray = hit + part.start
         arm = surfels.position - flux_rays.origin[ray]
         depth = length(arm)

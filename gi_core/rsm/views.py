@@ -14,12 +14,16 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from ..lights import axes, points_on, spot_gain, spread_gain
+from ..raster import Grid
 from ..sampling import cone, disk, frame, hash01
 from ..scene import Light
 from ..vectors import length, normalize
 
 _WIDEST_PERSPECTIVE = np.radians(130)
 _AREA_PARTS = 4
+
+# Volume that a view's axes span at least, to be drawn.
+_FLATTEST = 1e-3
 
 # A cascade's side over that of the next finer one.
 _CASCADE_RATIO = 4.0
@@ -51,6 +55,17 @@ class View:
     light: Light
     part: tuple[float, float, float] = (0.0, 0.0, 1.0)
     hole: tuple[float, float, float, float] | None = None
+
+    @property
+    def grid(self) -> Grid | None:
+        """The texels as pixels of a picture; None for a hemisphere, in which straight edges are curved."""
+        axes = np.stack([self.x, self.y, self.forward])
+        if self.kind == "HEMISPHERE" or abs(np.linalg.det(axes)) < _FLATTEST:
+            return None
+        wide, high = self.extent
+        size = self.resolution, self.resolution
+        slant = np.tan(self.light.angle / 2) if self.kind == "ORTHOGRAPHIC" else 0.0
+        return Grid(self.kind, self.origin, axes, (-wide, wide, -high, high), size, self.light.radius, slant, False)
 
 
 @dataclass(frozen=True)

@@ -8,15 +8,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .. import surfels, tiles
+from .. import raster, surfels, tiles
 from ..device import NUMPY, Device
-from ..direct import lamps, surroundings
+from ..direct import surroundings
 from ..geometry import Geometry
 from ..images import spread
 from ..kernels.depth_pyramid import depth_pyramid
 from ..kernels.march_cells import march_cells
 from ..kernels.pixel_planes import pixel_planes
 from ..sampling import Samples
+from ..shadow_maps import lamps
 from ..surfels import Surfels
 from ..trace import Tracer
 from ..vectors import dot
@@ -94,9 +95,10 @@ def g_buffer(tracer: Tracer, screen: Screen) -> Iterator[float]:
     origins, directions = surfels.camera_rays(camera)
     depth, triangle = np.full(h * w, np.inf, np.float32), np.full(h * w, -1, np.int32)
     images = np.zeros((7, h * w, 3), np.float32)
+    drawn = yield from tracer.drawn(raster.of_camera(camera), origins, directions)
 
     def tile(part: slice):
-        hits = tracer.closest(origins[part], directions[part])
+        hits = tracer.closest(origins[part], directions[part], solid=drawn and drawn[part])
         hit = np.flatnonzero(hits.triangle >= 0)
         rows = hit + part.start
         on = hits.triangle[hit], hits.weights[hit]
@@ -114,14 +116,16 @@ def g_buffer(tracer: Tracer, screen: Screen) -> Iterator[float]:
     return GBuffer(screen, depth.reshape(h, w), *images, triangle.reshape(h, w), weights, tracer.geometry)
 
 
-def direct_light(tracer: Tracer, buffer: GBuffer, light_samples: int, samples: int, seed: int) -> Iterator[float]:
+def direct_light(
+    tracer: Tracer, buffer: GBuffer, light_samples: int, samples: int, seed: int, shadow_map_resolution: int = 0
+) -> Iterator[float]:
     """Irradiance of lamps, emitting surfaces and the sky. A generator of progress; returns (h, w, 3) float32 [W/m²].
 
     What a surface emits itself is not in it: that reaches others as direct light, of which it is a source here, so a
     hit sends on only what it reflects.
     """
     points = buffer.surfels()
-    irradiance = yield from lamps(tracer, points, light_samples, seed)
+    irradiance = yield from lamps(tracer, points, light_samples, seed, shadow_map_resolution)
     irradiance += yield from surroundings(tracer, points, Samples(samples), seed)
     return spread(irradiance, points.place, buffer.screen.shape)
 

@@ -147,9 +147,10 @@ def still(
     buffer = _traced(full, settings)
     if settings.mode == "off":
         return View(buffer, np.zeros((*buffer.depth.shape, 3), np.float32), {}, None)
-    direct = yield from tiles.within(
-        0.12, 0.2, direct_light(tracer, full, settings.light_samples, settings.samples, settings.seed)
+    work = direct_light(
+        tracer, full, settings.light_samples, settings.samples, settings.seed, settings.shadow_map_resolution
     )
+    direct = yield from tiles.within(0.12, 0.2, work)
     inputs = Inputs(full, buffer, direct, Search(tracer, full, buffer, settings, probes))
     each = settings.feedback == "previous" or settings.accumulation == "hdrp"
     for k in range(settings.frames):

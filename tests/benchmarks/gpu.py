@@ -24,9 +24,10 @@ import numpy as np
 from gi_bake.addon import gpu_context
 from gi_bake.addon.standard_output import quiet
 from gi_bake.gi_core import filter as smoothing
-from gi_bake.gi_core import tiles
+from gi_bake.gi_core import raster, tiles
 from gi_bake.gi_core.device import NUMPY, Device, GpuDevice
 from gi_bake.gi_core.geometry import Geometry
+from gi_bake.gi_core.gpu_raster import Raster
 from gi_bake.gi_core.kernels.bilateral import bilateral
 from gi_bake.gi_core.kernels.depth_pyramid import depth_pyramid
 from gi_bake.gi_core.kernels.lpv_inject import coefficients, summed
@@ -39,6 +40,7 @@ from gi_bake.gi_core.ssgi.frame import before, depth_map, direct_light, g_buffer
 from gi_bake.gi_core.ssgi.screen import Screen
 from gi_bake.gi_core.ssgi.search import Search, searched
 from gi_bake.gi_core.ssgi.settings import SsgiSettings
+from gi_bake.gi_core.surfels import TILE, camera_rays
 from gi_bake.gi_core.trace import Tracer
 
 HERE = Path(__file__).resolve().parent
@@ -74,6 +76,27 @@ def on_screen(geometry: Geometry, camera) -> dict[str, Case]:
         """A picture that has a history, all on the device."""
         there = inputs(device)
         return there, tiles.finish(pipeline.one_pass(there, None, settings))[1]
+
+    def eyes(device: Device) -> Tracer:
+        """Pictures are drawn on a card, in software too; on the processor Embree traces them."""
+        tracer = Tracer(geometry, device)
+        if device is not NUMPY:
+            tracer.raster = Raster(geometry, np.flatnonzero(geometry.casts & ~geometry.clear), device)
+        return tracer
+
+    def primary(device):
+        tracer, (origins, directions) = eyes(device), camera_rays(camera)
+
+        def work():
+            if (yield from tracer.drawn(raster.of_camera(camera), origins, directions)) is None:
+                yield from tiles.run(lambda part: tracer.closest(origins[part], directions[part]),
+                                     tiles.slices(pixels, TILE))  # fmt: skip
+
+        return work
+
+    def seen(device):
+        tracer = eyes(device)
+        return lambda: g_buffer(tracer, Screen(camera))
 
     def planes(device):
         there = inputs(device).search
@@ -141,6 +164,8 @@ def on_screen(geometry: Geometry, camera) -> dict[str, Case]:
 
     scan = {"tracer": "bitmask", "steps": 8}
     return {
+        "primary rays: Embree, drawn": Case(primary),
+        "G-buffer: Embree, drawn": Case(seen),
         "pixel planes and depth pyramid": Case(planes),
         "depth pyramid": Case(pyramid, 7 * pixels),
         "screen trace (rays, march, hits)": Case(march),
@@ -248,17 +273,25 @@ def timed(case: Case, gpu: GpuDevice, pairs: int, most: dict[str, float]) -> dic
     """Both devices in turn."""
     works = {device: case.on(device) for device in (NUMPY, gpu)}
     seconds, processor = ({device: [] for device in works} for _ in range(2))
-    moved, dispatch = 0, gpu.dispatch
+    moved, dispatch, draw = 0, gpu.dispatch, gpu.draw
+
+    def count(inputs, *others):
+        nonlocal moved
+        for values in (*(v for v, _ in inputs.values()), *others):
+            moved += 4 * int(np.prod(values.shape))
 
     def counted(source, n, inputs, outputs, *more, **settings):
-        nonlocal moved
-        for values in (*(v for v, _ in inputs.values()), *outputs.values()):
-            moved += 4 * int(np.prod(values.shape))
+        count(inputs, *outputs.values())
         return dispatch(source, n, inputs, outputs, *more, **settings)
 
-    gpu.dispatch = counted
+    def counted_draw(source, size, rectangle, inputs, *more):
+        picture = draw(source, size, rectangle, inputs, *more)
+        count(inputs, rectangle, picture)
+        return picture
+
+    gpu.dispatch, gpu.draw = counted, counted_draw
     tiles.finish(works[gpu]())
-    del gpu.dispatch
+    del gpu.dispatch, gpu.draw
     for _ in range(pairs):
         for device, work in works.items():
             begin, busy = time.perf_counter(), time.process_time()
