@@ -41,7 +41,7 @@ _SWIZZLE = {1: "x", 2: "xy", 3: "xyz", 4: "xyzw"}
 class NumpyDevice:
     """The processor: arrays are numpy's, kernels are called as they are."""
 
-    name, software, most = "cpu", True, 1 << 62
+    name, software, traces, most = "cpu", True, False, 1 << 62
 
     def array(self, values: np.ndarray, channels: int, nowhere: float | None = None) -> np.ndarray:
         """Values where kernels run; see `GpuDevice.array`."""
@@ -133,7 +133,8 @@ class _Program:
 class GpuDevice:
     """The graphics card, or what stands in for it. To be made and used on the main thread, where there is a context.
 
-    name: what Blender calls it. software: whether the processor does its work. bytes: in textures now; peak: so far, to
+    name: what Blender calls it. software: whether the processor does its work. traces: whether rays are its own work
+    too: a processor is better at that with Embree. bytes: in textures now; peak: so far, to
     be set back by whoever asks. budget: bytes beyond which no texture is kept for later. most: points that an array may
     be about, of four items each.
     """
@@ -144,6 +145,7 @@ class GpuDevice:
         self._gpu = gpu
         self.name = f"gpu ({gpu.platform.renderer_get()})"
         self.software = gpu.platform.device_type_get() == "SOFTWARE"
+        self.traces = not self.software
         self._programs: dict[object, _Program] = {}
         self._pools: dict[tuple, list] = {}
         self._waiting: list[Callable[[], None]] = []

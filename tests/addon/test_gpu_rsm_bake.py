@@ -8,7 +8,6 @@ import bpy
 import numpy as np
 import pytest
 from gi_bake.addon.bake import Job, bake
-from gi_bake.gi_core.gpu_rays import GpuRays
 from gi_bake.gi_core.metrics import relmse
 from gi_bake.gi_core.rsm.settings import RsmSettings
 from gi_bake.gi_core.tiles import finish
@@ -50,21 +49,6 @@ def test_light_on_objects_as_the_processor_has_it(gpu, sample, target):
 def test_an_interpolated_image_as_the_processor_has_it(gpu, sample):
     bpy.ops.wm.open_mainfile(filepath=str(sample("cornell")))
     agrees(Job(resolution=64, settings=replace(SETTINGS, interpolation=4)))
-
-
-def test_all_rays_on_the_card(gpu, sample, monkeypatch):
-    """As a card that is one has it."""
-    on_card = []
-
-    def anywhere(geometry, device):
-        if device is gpu:
-            on_card.append(GpuRays(geometry, gpu))
-            return on_card[-1]
-
-    monkeypatch.setattr("gi_bake.gi_core.trace.gpu_rays", anywhere)
-    bpy.ops.wm.open_mainfile(filepath=str(sample("cornell")))
-    agrees(Job(target="lightmap", resolution=32, settings=SETTINGS))
-    assert len(on_card) == 1
 
 
 def peak(gpu, memory, target="lightmap", resolution=96, **more):
