@@ -11,6 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .kernels.veil import Veil
+
 # Triangles in a leaf, at the most.
 LEAF = 4
 
@@ -32,6 +34,7 @@ class Bvh:
         all.
     a, b, c: (t, 3) float32 corners of triangles, those of a leaf one after the other.
     triangle: (t,) int32, which they were.
+    veil: how solid they are; None where all are.
     """
 
     low: np.ndarray
@@ -40,6 +43,7 @@ class Bvh:
     b: np.ndarray
     c: np.ndarray
     triangle: np.ndarray
+    veil: Veil | None = None
 
 
 def build(vertices: np.ndarray, triangles: np.ndarray) -> Bvh:

@@ -17,8 +17,9 @@ axis in their channels. Whole numbers lie in them as floats, exact up to 2²⁴.
 
 import re
 import time
+import weakref
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -44,7 +45,7 @@ _SWIZZLE = {1: "x", 2: "xy", 3: "xyz", 4: "xyzw"}
 class NumpyDevice:
     """The processor: arrays are numpy's, kernels are called as they are."""
 
-    name, software, most, side = "cpu", True, 1 << 62, 1 << 62
+    name, software, traces, most, side = "cpu", True, False, 1 << 62, 1 << 62
 
     def array(self, values: np.ndarray, channels: int, nowhere: float | None = None) -> np.ndarray:
         """Values where kernels run; see `GpuDevice.array`."""
@@ -79,15 +80,13 @@ NUMPY = NumpyDevice()
 
 @dataclass(frozen=True)
 class GpuArray:
-    """An array on the graphics card. channels: numbers in a texel; shape, kind: of what numpy makes of it; whole: whose
-    texture it shares."""
+    """An array on the graphics card. channels: numbers in a texel; shape, kind: of what numpy makes of it; store: where
+    its texels are, which arrays of other shapes may share."""
 
-    texture: object
+    store: "_Store"
     shape: tuple[int, ...]
     channels: int
     kind: np.dtype
-    pool: "list | _Gone"
-    whole: "GpuArray | None" = None
 
     def __len__(self) -> int:
         return self.shape[0]
@@ -97,31 +96,77 @@ class GpuArray:
             raise IndexError("arrays on the graphics card are worked on whole")
         return self
 
-    def __del__(self):
-        self.pool.append(self.texture)
-
     def reshape(self, *shape: int) -> "GpuArray":
         """The same numbers in another shape, of which one side may be −1."""
         known = -int(np.prod(shape, dtype=np.int64))
         size = int(np.prod(self.shape, dtype=np.int64))
-        shape = tuple(size // max(known, 1) if n < 0 else n for n in shape)
-        return GpuArray(self.texture, shape, self.channels, self.kind, [], self)
+        return replace(self, shape=tuple(size // max(known, 1) if n < 0 else n for n in shape))
 
     @property
     def items(self) -> int:
         """Texels."""
         return int(np.prod(self.shape, dtype=np.int64)) // self.channels
 
+    @property
+    def texture(self):
+        """Its texels on the card."""
+        return self.store.there()
 
-@dataclass(frozen=True)
-class _Gone:
-    """Where textures go that are not used again."""
+
+@dataclass(eq=False)
+class _Store:
+    """Texels that are on the card while they are worked on, and here before, or while others need the room there.
+
+    key: width, height and format. here: (width · height · channels,) float32. texture: there. is_made: whether there is
+    anything to keep. is_kept: whether the texture is for others once nobody has it any more.
+    """
 
     device: "GpuDevice"
-    size: int
+    key: tuple[int, int, str]
+    is_kept: bool
+    here: np.ndarray | None = None
+    texture: object = None
+    is_made: bool = False
 
-    def append(self, texture):
-        self.device.bytes -= self.size
+    def there(self, beside: "set[_Store]" = frozenset()):
+        """Its texture, now on the card. beside: what has to be there as well."""
+        device = self.device
+        if self.texture is None:
+            pool = device.pools.get(self.key, ())
+            if pool and self.here is None:
+                self.texture = pool.pop()
+            else:
+                self.texture = device.texture(self.key, self.here, beside)
+            self.here = None
+        # The last one is the last that was needed.
+        device.stores.pop(self, None)
+        device.stores[self] = True
+        return self.texture
+
+    def read(self) -> np.ndarray:
+        """Its texels, flat."""
+        if self.texture is None:
+            return np.zeros(_size(self.key) // 4, np.float32) if self.here is None else self.here
+        self.device.moved += _size(self.key)
+        buffer = self.texture.read()
+        # Before Blender 5.2 the strides of a buffer of more than one dimension are wrong.
+        buffer.dimensions = int(np.prod(buffer.dimensions))
+        return np.array(buffer, np.float32)
+
+    def leave(self) -> None:
+        """Makes room on the card."""
+        self.here = self.read() if self.is_made else None
+        self.texture = None
+        self.device.stores.pop(self, None)
+        self.device.bytes -= _size(self.key)
+
+    def __del__(self):
+        if self.texture is None:
+            return
+        if self.is_kept:
+            self.device.pools.setdefault(self.key, []).append(self.texture)
+        else:
+            self.device.bytes -= _size(self.key)
 
 
 @dataclass
@@ -136,9 +181,12 @@ class _Program:
 class GpuDevice:
     """The graphics card, or what stands in for it. To be made and used on the main thread, where there is a context.
 
-    name: what Blender calls it. software: whether the processor does its work. bytes: in textures now; peak: so far, to
-    be set back by whoever asks. budget: bytes beyond which no texture is kept for later. most: points that an array may
-    be about, of four items each. side: of a picture that is drawn, in pixels, at the most.
+    name: what Blender calls it. software: whether the processor does its work. traces: whether rays are its own work
+    too: a processor is better at that with Embree. bytes: in textures now; peak: so far, to be set back by who asks.
+    budget: bytes beyond which no texture is kept for later, and those that nothing works on wait in the processor's
+    memory; what one dispatch works on may be more. most: points that an array may be about, of four items each. pools:
+    textures kept for later, by width, height and format. stores: arrays that are there, the one that was not needed for
+    longest first. side: of a picture that is drawn, in pixels, at the most.
     """
 
     def __init__(self):
@@ -147,8 +195,10 @@ class GpuDevice:
         self._gpu = gpu
         self.name = f"gpu ({gpu.platform.renderer_get()})"
         self.software = gpu.platform.device_type_get() == "SOFTWARE"
+        self.traces = not self.software
         self._programs: dict[object, _Program] = {}
-        self._pools: dict[tuple, list] = {}
+        self.pools: dict[tuple, list] = {}
+        self.stores: weakref.WeakKeyDictionary[_Store, bool] = weakref.WeakKeyDictionary()
         self._waiting: list[Callable[[], None]] = []
         self.moved = self.bytes = self.peak = 0
         self.budget = 1 << 30
@@ -174,21 +224,15 @@ class GpuDevice:
         width, height = _extent(items)
         data = np.zeros((width * height, stored), np.float32)
         data[:items, :channels] = values.reshape(items, channels)
-        self.moved += data.nbytes
-        buffer = self._gpu.types.Buffer("FLOAT", data.size, data.ravel())
-        texture = self._texture((width, height, _FORMATS[channels]), data=buffer)
-        return GpuArray(texture, values.shape, channels, kind, _Gone(self, data.nbytes))
+        store = _Store(self, (width, height, _FORMATS[channels]), False, data.ravel(), is_made=True)
+        return GpuArray(store, values.shape, channels, kind)
 
     def numpy(self, values: GpuArray | np.ndarray) -> np.ndarray:
         """Values on the processor, once all that makes them is done."""
         if isinstance(values, np.ndarray):
             return values
         tiles.finish(self._done())
-        buffer = values.texture.read()
-        # Before Blender 5.2 the strides of a buffer of more than one dimension are wrong.
-        buffer.dimensions = int(np.prod(buffer.dimensions))
-        data = np.array(buffer, np.float32).reshape(-1, 4 if values.channels == 3 else values.channels)
-        self.moved += data.nbytes
+        data = values.store.read().reshape(-1, 4 if values.channels == 3 else values.channels)
         data = np.ascontiguousarray(data[: values.items, : values.channels])
         return data.reshape(values.shape).astype(values.kind, copy=False)
 
@@ -206,19 +250,25 @@ class GpuDevice:
     def empty(self, shape: tuple[int, ...], channels: int, kind: type = np.float32) -> GpuArray:
         """An array of whatever was there."""
         key = (*_extent(int(np.prod(shape, dtype=np.int64)) // channels), _FORMATS[channels])
-        pool = self._pools.setdefault(key, [])
-        texture = pool.pop() if pool else self._texture(key)
-        return GpuArray(texture, shape, channels, np.dtype(kind), pool)
+        return GpuArray(_Store(self, key, True), shape, channels, np.dtype(kind))
 
-    def _texture(self, key: tuple[int, int, str], **more):
-        """A new texture of a width, a height and a format."""
-        if self.bytes + _size(key) > self.budget:
-            for kept, pool in self._pools.items():
+    def texture(self, key: tuple[int, int, str], texels: np.ndarray | None, beside: "set[_Store]"):
+        """A new texture of a width, a height and a format, with texels or whatever was there. beside: what stays."""
+        size = _size(key)
+        if self.bytes + size > self.budget:
+            for kept, pool in self.pools.items():
                 self.bytes -= len(pool) * _size(kept)
                 pool.clear()
-        self.bytes += _size(key)
+        for store in list(self.stores):
+            if self.bytes + size > self.budget and store not in beside:
+                store.leave()
+        self.bytes += size
         self.peak = max(self.peak, self.bytes)
-        return self._gpu.types.GPUTexture(key[:2], format=key[2], **more)
+        if texels is None:
+            return self._gpu.types.GPUTexture(key[:2], format=key[2])
+        self.moved += size
+        buffer = self._gpu.types.Buffer("FLOAT", texels.size, texels)
+        return self._gpu.types.GPUTexture(key[:2], format=key[2], data=buffer)
 
     def dispatch(
         self,
@@ -277,39 +327,45 @@ class GpuDevice:
         key = ("draw", source, *((k, v.channels) for k, v in inputs.items()))
         if key not in self._programs:
             self._programs[key] = Drawing(self._gpu, source, inputs, with_sources, declared, sources)
-        picture, depth = (self._texture((*size, form)) for form in ("RGBA32F", "DEPTH_COMPONENT32F"))
+        picture, depth = (_Store(self, (*size, form), False) for form in ("RGBA32F", "DEPTH_COMPONENT32F"))
+        together = {picture, depth, *(values.store for values in inputs.values())}
         area = (rectangle[:, 1] - rectangle[:, 0]) * (rectangle[:, 3] - rectangle[:, 2]).astype(np.int64)
 
         def bound(shader):
             for name, values in inputs.items():
-                given(shader.uniform_sampler, f"{name}_", values.texture)
+                given(shader.uniform_sampler, f"{name}_", values.store.there(together))
             for name, value in zip(("width_", "height_"), size):
                 shader.uniform_int(name, value)
             shader.uniform_float("reach_", float(reach))
 
         def work():
             # Blender's frame buffers do not keep their textures.
-            frame = self._gpu.types.GPUFrameBuffer(color_slots=[picture], depth_slot=depth)
+            slots = [store.there(together) for store in (picture, depth)]
+            frame = self._gpu.types.GPUFrameBuffer(color_slots=slots[:1], depth_slot=slots[1])
             with frame.bind():
                 frame.clear(color=nothing, depth=1.0)
+            picture.is_made = True
             yield from self._programs[key].draw(frame, self._fence, area, _DISPATCH, bound)
 
         self._waiting.append(work)
-        gone = _Gone(self, _size((*size, "RGBA32F")) + _size((*size, "DEPTH_COMPONENT32F")))
-        return GpuArray(picture, (size[0] * size[1], 4), 4, np.dtype(np.float32), gone)
+        return GpuArray(picture, (size[0] * size[1], 4), 4, np.dtype(np.float32))
 
     def _done(self) -> Iterator[float]:
         """Does what waits: a generator of progress."""
-        count = len(self._waiting)
-        waiting, self._waiting = self._waiting, []
-        for k, work in enumerate(waiting):
-            for done in work():
-                yield (k + done) / count
+        waiting, self._waiting = self._waiting[::-1], []
+        count = len(waiting)
+        while waiting:
+            # Not kept any longer, so that what only this one needs is gone after it.
+            for done in waiting.pop()():
+                yield (count - 1 - len(waiting) + done) / count
         yield 1.0
 
     def _worked(self, program, n, inputs, outputs, integers, floats, steps) -> Iterator[float]:
         gpu, shader, first = self._gpu, program.shader, 0
+        together = {values.store for values in (*inputs.values(), *outputs.values())}
         while first < n:
+            for values in (*inputs.values(), *outputs.values()):
+                values.store.there(together)
             count = min(n - first, max(_GROUP, int(program.rate * _DISPATCH / steps)))
             begin = time.perf_counter()
             shader.bind()
@@ -317,6 +373,7 @@ class GpuDevice:
                 given(shader.uniform_sampler, f"{name}_", values.texture)
             for name, values in outputs.items():
                 given(shader.image, f"{name}_", values.texture)
+                values.store.is_made = True
             for name, value in (*integers.items(), ("first_", first), ("last_", first + count)):
                 given(shader.uniform_int, name, int(value))
             for name, value in floats.items():

@@ -87,14 +87,15 @@ def _picked(device: Device, here: Surfels, lights: Packed, *how):
 
 
 def _seen(tracer: Tracer, here: Surfels, vpls: Vpls, picked: np.ndarray) -> np.ndarray:
-    """Irradiance from those of the picked lights that are in sight: (s, n, 2) -> (n, 3)."""
+    """Irradiance from the picked lights, as far as they are in sight: (s, n, 2) -> (n, 3)."""
     index, weight = picked[..., 0], picked[..., 1]
     pair = np.nonzero(weight)
     origin, target = here.origin[pair[1]], vpls.origin[index[pair].astype(np.int32)]
     # A surface's back is dark, whatever its shading normal says.
     seen = dot(target - origin, here.face[pair[1]]) > 0
-    seen[seen] = tracer.connected(origin[seen], target[seen])
-    weight[tuple(a[~seen] for a in pair)] = 0
+    share = np.zeros(len(seen), np.float32)
+    share[seen] = tracer.between(origin[seen], target[seen])
+    weight[pair] *= share
     return added(picked, vpls.flux)
 
 

@@ -3,11 +3,17 @@
 """Long work cut into tiles: bounded memory, all cores, progress and cancelling between tiles."""
 
 import os
+import queue
+import threading
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor, wait
+from concurrent.futures import CancelledError, ThreadPoolExecutor
 
 # How many cores are used; of the machine, as the cores are, and no setting: results do not depend on it.
 _threads = [os.cpu_count()]
+
+
+# By thread: who asked it to work on a tile.
+_asker = threading.local()
 
 
 def use_threads(count: int) -> None:
@@ -27,19 +33,80 @@ def run(function: Callable[[slice], None], parts: list[slice]) -> Iterator[float
     The function writes its result into arrays of its own, so the order does not matter. Closing the generator waits for
     the tiles in flight and drops the rest; an error in a tile is raised here.
     """
-    with ThreadPoolExecutor(_threads[0]) as pool:
-        futures = [pool.submit(function, part) for part in parts]
+    asker, left = _Asker(), len(parts)
+
+    def tile(part: slice):
         try:
-            # Waking up now and then, not at each tile's end, keeps a cancel prompt when one tile takes long.
-            while waiting := [f for f in futures if not f.done()]:
-                wait(waiting[:1], timeout=0.05)
-                yield 1 - len(waiting) / len(parts)
+            function(part)
+        finally:
+            asker.wanted.put(None)
+
+    with ThreadPoolExecutor(_threads[0], initializer=asker.adopts) as pool:
+        futures = [pool.submit(tile, part) for part in parts]
+        try:
+            while left:
+                # Waking up now and then, not at each tile's end, keeps a cancel prompt when one tile takes long.
+                left -= asker.served(0.05)
+                yield 1 - left / len(parts)
             for future in futures:
                 future.result()
         finally:
+            asker.gone = True
             for future in futures:
                 future.cancel()
     yield 1.0
+
+
+def on_asker(function: Callable[[], object]) -> object:
+    """function() on the thread that all tiles around are worked on for; at once outside of tiles.
+
+    For what only that thread reaches, as a graphics card. Raises CancelledError when that thread works no longer.
+    """
+    asker = getattr(_asker, "of_thread", None)
+    return asker.ask(function) if asker else function()
+
+
+class _Asker:
+    """The thread that tiles are worked on for. wanted: what it is asked to do, None for a tile that ended.
+
+    Queues and no futures, whose locks an interrupt may leave behind.
+    """
+
+    def __init__(self):
+        self.wanted, self.gone = queue.SimpleQueue(), False
+
+    def adopts(self) -> None:
+        """The thread that calls it works for this one from now on."""
+        _asker.of_thread = self
+
+    def ask(self, function: Callable[[], object]) -> object:
+        answer = queue.SimpleQueue()
+        self.wanted.put((function, answer))
+        while not self.gone:
+            try:
+                value, error = answer.get(timeout=0.05)
+            except queue.Empty:
+                continue
+            if error:
+                raise error
+            return value
+        raise CancelledError
+
+    def served(self, seconds: float) -> int:
+        """Waits for so long for one thing to do, and does it; how many tiles have ended."""
+        try:
+            asked = self.wanted.get(timeout=seconds)
+        except queue.Empty:
+            return 0
+        if asked is None:
+            return 1
+        function, answer = asked
+        try:
+            # Which may itself work on a tile for another.
+            answer.put((on_asker(function), None))
+        except Exception as error:
+            answer.put((None, error))
+        return 0
 
 
 def within(begin: float, end: float, work: Iterator[float]) -> Iterator[float]:

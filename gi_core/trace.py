@@ -3,8 +3,8 @@
 """Rays against a scene's triangles, through Intel Embree (embreex), or on a graphics card.
 
 A call works on the thread it is made from and lets go of the interpreter while Embree runs, so callers that cut
-their work into tiles (`tiles.run`) use every core. A card takes large numbers of rays from the main thread, the only
-one that reaches it; what both find is the same but for rounding.
+their work into tiles (`tiles.run`) use every core. A card takes all rays, on the main thread, which tiles ask;
+what both find is the same but for rounding.
 """
 
 import threading
@@ -27,9 +27,6 @@ from .sampling import hash01
 from .vectors import dot, length, offset
 
 FAR = np.float32(1e30)
-
-# Rays for which it is worth to send them to a card.
-_WORTH = 1 << 17
 
 # Surfaces with an alpha that a ray goes through at the most, should it ever meet the same one again and again.
 _LAYERS = 256
@@ -97,31 +94,27 @@ class Tracer:
     them as often as that one takes its light, the same ray always at the same, and no sample has to be split.
 
     geometry: what rays meet. device: what kernels run on beside them. sky, suns: what those see that meet nothing, see
-        `environment.parted`. glow: points that stand for the emitting surfaces, see `emitters`.
+        `environment.parted`. glow: points that stand for the emitting surfaces, see `emitters`. on_card: the triangles
+        on the device, None where rays are Embree's. To be made on the main thread.
     """
 
     def __init__(self, geometry: Geometry, device: Device = NUMPY):
         self.geometry, self.device = geometry, device
         self.sky, self.suns = parted(geometry.scene.environment)
         self.glow = emitters(geometry)
+        self.on_card: GpuRays | None = gpu_rays(geometry, device)
         clear, casts = geometry.clear, geometry.casts
         solid = casts & ~clear
-        self._solid_index = np.flatnonzero(solid)
-        self._solid = _Triangles(geometry, None if solid.all() else self._solid_index)
-        self._clear = _Triangles(geometry, np.flatnonzero(clear & casts))
-
-    @cached_property
-    def on_card(self) -> GpuRays | None:
-        """The triangles on the device, None where rays are Embree's alone. To be asked for on the main thread."""
-        return gpu_rays(self.geometry, self.device)
+        self._solid_index, self._veiled = np.flatnonzero(solid), (clear & casts).any()
+        if self.on_card is None:
+            self._solid = _Triangles(geometry, None if solid.all() else self._solid_index)
+            self._clear = _Triangles(geometry, np.flatnonzero(clear & casts))
 
     @cached_property
     def raster(self) -> Raster | None:
         """Draws pictures on the device, None where rays find what they show. To be asked for on the main thread."""
-        return raster_of(self.geometry, self._solid_index, self.device)
-
-    def _ask_card(self, rays: int) -> bool:
-        return rays >= _WORTH and _is_main() and self.on_card is not None
+        # Rays on a card go through surfaces with an alpha themselves.
+        return None if self.on_card and self._veiled else raster_of(self.geometry, self._solid_index, self.device)
 
     def drawn(self, grid: Grid, origins: np.ndarray, directions: np.ndarray) -> Iterator[float]:
         """What the rays of a picture's pixels, (w · h, 3) each, row by row, meet first of the surfaces without an
@@ -139,10 +132,10 @@ class Tracer:
         solid: those of the surfaces without an alpha, up to far, where they are known.
         """
         far = np.full(len(origins), far, np.float32)
-        if solid is None and self._ask_card(len(origins)):
-            return Hits(*self.on_card.closest(origins, directions, far))
+        if solid is None and self.on_card:
+            return Hits(*self.on_card.closest(origins, directions, far, self._until(origins, directions)))
         hits = self._solid.closest(origins, directions, far) if solid is None else solid
-        if self._clear.empty:
+        if not self._veiled:
             return hits
         _, nearer = self._through(origins, directions, hits.distance, _ended(origins, directions))
         first = nearer.triangle >= 0
@@ -152,8 +145,8 @@ class Tracer:
 
     def occluded(self, origins: np.ndarray, directions: np.ndarray, far: np.ndarray) -> np.ndarray:
         """Whether anything stops the ray between the origin and the far distance: (n, 3), (n, 3), (n,) -> (n,) bool."""
-        if self._ask_card(len(origins)):
-            return self.on_card.occluded(origins, directions, far)
+        if self.on_card:
+            return self.on_card.transmittance(origins, directions, far) <= self._until(origins, directions)
         blocked = self._solid.occluded(origins, directions, far)
         if not self._clear.empty:
             free = np.flatnonzero(~blocked)
@@ -165,11 +158,17 @@ class Tracer:
     def transmittance(self, origins: np.ndarray, directions: np.ndarray, far: np.ndarray) -> np.ndarray:
         """The share of light that comes through between the origin and the far distance: the mean of `occluded`
         without its noise. (n, 3), (n, 3), (n,) -> (n,) float32."""
+        if self.on_card:
+            return self.on_card.transmittance(origins, directions, far)
         share = (~self._solid.occluded(origins, directions, far)).astype(np.float32)
         if not self._clear.empty:
             free = np.flatnonzero(share)
             share[free], _ = self._through(origins[free], directions[free], far[free], np.zeros(len(free), np.float32))
         return share
+
+    def _until(self, origins: np.ndarray, directions: np.ndarray) -> np.ndarray:
+        """What may be left of rays where they end: (n,) float32."""
+        return _ended(origins, directions) if self._veiled else np.zeros(len(origins), np.float32)
 
     def _through(self, origins, directions, far, until) -> tuple[np.ndarray, Hits]:
         """Follows rays through surfaces with an alpha until no more than `until` (n,) of them is left.
@@ -200,10 +199,20 @@ class Tracer:
     def connected(self, origins: np.ndarray, targets: np.ndarray) -> np.ndarray:
         """Whether two points see each other: (n, 3), (n, 3) -> (n,) bool. Both must already be offset off their
         surfaces."""
-        d = targets - origins
-        distance = length(d)
-        # A hair short of the target: rounding must not let the far end's own surface block it.
-        return ~self.occluded(origins, d / np.maximum(distance, 1e-20)[:, None], distance * np.float32(1 - 1e-4))
+        return ~self.occluded(origins, *_towards(origins, targets))
+
+    def between(self, origins: np.ndarray, targets: np.ndarray) -> np.ndarray:
+        """The share of light that comes from one point to another: the mean of `connected` without its noise. (n,)
+        float32."""
+        return self.transmittance(origins, *_towards(origins, targets))
+
+
+def _towards(origins: np.ndarray, targets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Directions (n, 3) and how far rays go (n,)."""
+    d = targets - origins
+    distance = length(d)
+    # A hair short of the target: rounding must not let the far end's own surface block it.
+    return d / np.maximum(distance, 1e-20)[:, None], distance * np.float32(1 - 1e-4)
 
 
 def _is_main() -> bool:

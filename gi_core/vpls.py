@@ -81,8 +81,10 @@ def coherent(vpls: Vpls) -> np.ndarray:
         return shining
     position = vpls.position[shining]
     low, high = position.min(0), position.max(0)
-    cells = ((position - low) / np.maximum(np.max(high - low), 1e-20) * 1023).astype(np.uint32)
-    octant = (vpls.normal[shining] > 0) @ np.array([1, 2, 4])
+    # Where cells and octants meet lies askew to the planes and axes that surfaces are built along, or rounding, which
+    # is not the same on all devices, would put half of a wall elsewhere.
+    cells = ((position - low) / np.maximum(np.max(high - low), 1e-20) * 1022 + 0.3819).astype(np.uint32)
+    octant = (vpls.normal[shining] > 1e-3) @ np.array([1, 2, 4])
     return shining[np.lexsort((morton(cells), octant))]
 
 

@@ -1,7 +1,8 @@
 // SPDX-FileCopyrightText: 2026 GI Bake authors
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// A ray down the hierarchy of boxes; see rays.py and bvh.py. ANY: the first hit that is found will do.
+// A ray down the hierarchy of boxes; see rays.py and bvh.py. ANY: whether it meets something counts, and not where.
+// VEIL: triangles may let light through, see veil.glsl.
 
 // Where a ray enters a box, or a number beyond all where it passes by. A little wider than the box, for rounding.
 float entered(vec3 origin, vec3 inverse, float far_, vec3 low, vec3 high)
@@ -27,8 +28,9 @@ int entry_of(vec4 low, vec4 high)
   return count > 0 ? -(int(low.w) * 8 + count) : int(low.w);
 }
 
-// The nearest hit: the triangle's place in the hierarchy, −1 for a miss, weights of its second and third corner, distance.
-vec4 traced(vec3 origin, vec3 direction, float far_)
+// The nearest hit behind a distance: the triangle's place in the hierarchy, −1 for a miss, weights of its second and
+// third corner, distance. Of hits at one distance it is the first triangle's.
+vec4 traced(vec3 origin, vec3 direction, float far_, float past)
 {
   vec4 hit = vec4(-1.0, 0.0, 0.0, far_);
   vec3 inverse = vec3(inverted(direction.x), inverted(direction.y), inverted(direction.z));
@@ -46,8 +48,11 @@ vec4 traced(vec3 origin, vec3 direction, float far_)
         vec3 b = corner_b(k) - origin;
         vec3 c = corner_c(k) - origin;
         vec3 found = met(a, b, c, direction);
-        if (found.z >= 0.0 && found.z <= hit.w) {
-          hit = vec4(float(k), found);
+        float at = found.z;
+        float k_ = float(k);
+        bool is_nearer = at < hit.w || (at == hit.w && (hit.x < 0.0 || k_ < hit.x));
+        if (at > past && at >= 0.0 && is_nearer) {
+          hit = vec4(k_, found);
         }
       }
     }
@@ -78,9 +83,39 @@ vec4 traced(vec3 origin, vec3 direction, float far_)
         entry = stack[top];
       }
     }
-#if ANY
+#if ANY && !VEIL
     is_open = is_open && hit.x < 0.0;
 #endif
   }
   return hit;
+}
+
+// Where a ray ends, as `traced` has it; left: of it what comes through until there.
+vec4 followed(vec3 origin, vec3 direction, float far_, float until_, out float left)
+{
+  vec4 found = vec4(-1.0, 0.0, 0.0, -1.0);
+  bool is_open = true;
+  left = 1.0;
+  while (is_open) {
+    // What is as far is the same surface: an edge belongs to two triangles.
+    found = traced(origin, direction, far_, found.w * 1.000015);
+    is_open = false;
+    if (found.x >= 0.0) {
+#if VEIL
+      left *= 1.0 - solid(int(found.x), found.yz);
+      is_open = left > until_;
+#else
+      left = 0.0;
+#endif
+    }
+  }
+  return found;
+}
+
+// The share of light that comes through.
+float through(vec3 origin, vec3 direction, float far_)
+{
+  float left;
+  followed(origin, direction, far_, 0.0, left);
+  return left;
 }

@@ -13,39 +13,63 @@ Here every ray looks at every triangle; on a graphics card it goes down the hier
 import numpy as np
 
 from ..vectors import dot
+from .veil import solid
+
+# What is farther than a surface by no more than this factor is that surface.
+_SAME = np.float32(1.000015)
 
 # Products that are smaller, as a share of their sum, have no sign.
 _ROUNDING = np.float32(2**-23)
 
 
-def closest(origins: np.ndarray, directions: np.ndarray, far: np.ndarray, bvh) -> np.ndarray:
-    """The nearest hits: (n, 3), (n, 3) float32 unit directions, (n,), Bvh -> (n, 4) float32.
+def closest(origins: np.ndarray, directions: np.ndarray, far: np.ndarray, bvh, until=None) -> np.ndarray:
+    """Where rays end: (n, 3), (n, 3) float32 unit directions, (n,), Bvh -> (n, 4) float32.
 
-    Of each the triangle, −1 for a miss, the weights of its second and third corner, and the distance, `far` for a miss.
+    Of each the triangle, −1 for none, the weights of its second and third corner, and the distance, `far` for none. A
+    ray ends at the nearest triangle; where there are some that let light through, at the nearest behind which no more
+    of it is left than until, (n,).
     """
-    distance, u, v = _met(origins, directions, far, bvh)
-    first = np.argmin(distance, -1)[:, None]
-    distance, u, v = (np.take_along_axis(a, first, -1)[:, 0] for a in (distance, u, v))
-    hit = np.isfinite(distance)
-    triangle, distance = np.where(hit, bvh.triangle[first[:, 0]], -1), np.where(hit, distance, far)
-    return np.stack([triangle, np.where(hit, u, 0), np.where(hit, v, 0), distance], -1).astype(np.float32)
+    return _followed(origins, directions, far, bvh, until)[0]
 
 
-def closest_on_gpu(gpu, origins, directions, far, bvh):
+def closest_on_gpu(gpu, origins, directions, far, bvh, until=None):
     hits = gpu.empty((len(origins), 4), 4)
-    trace(gpu, "rays_closest", len(origins), _rays(origins, directions, far), {"hit": hits}, bvh, is_any=False)
+    rays = _rays(origins, directions, far)
+    if bvh.veil is not None:
+        rays["until"] = until, 1
+    trace(gpu, "rays_closest", len(origins), rays, {"hit": hits}, bvh=bvh, is_any=False)
     return hits
 
 
-def occluded(origins: np.ndarray, directions: np.ndarray, far: np.ndarray, bvh) -> np.ndarray:
-    """Whether rays meet anything: as for `closest` -> (n,) bool."""
-    return np.isfinite(_met(origins, directions, far, bvh)[0]).any(-1)
+def through(origins: np.ndarray, directions: np.ndarray, far: np.ndarray, bvh) -> np.ndarray:
+    """The share of light that comes through all that rays meet: as for `closest` -> (n,) float32, 0…1."""
+    return _followed(origins, directions, far, bvh, np.zeros(len(origins), np.float32))[1]
 
 
-def occluded_on_gpu(gpu, origins, directions, far, bvh):
-    blocked = gpu.empty((len(origins),), 1, bool)
-    trace(gpu, "rays_occluded", len(origins), _rays(origins, directions, far), {"blocked": blocked}, bvh, is_any=True)
-    return blocked
+def through_on_gpu(gpu, origins, directions, far, bvh):
+    share = gpu.empty((len(origins),), 1)
+    trace(gpu, "rays_through", len(origins), _rays(origins, directions, far), {"share": share}, bvh=bvh, is_any=True)
+    return share
+
+
+def _followed(origins, directions, far, bvh, until) -> tuple[np.ndarray, np.ndarray]:
+    """Where rays end, as for `closest`, and what comes through until there, (n,) float32."""
+    n = len(origins)
+    distance, u, v = _met(origins, directions, far, bvh)
+    found, left, past = np.zeros((n, 4), np.float32), np.ones(n, np.float32), np.full(n, -1, np.float32)
+    alive = np.arange(n)
+    while len(alive):
+        # What is as far is the same surface: an edge belongs to two triangles.
+        behind = np.where(distance[alive] > (past[alive] * _SAME)[:, None], distance[alive], np.inf)
+        k = np.argmin(behind, -1)
+        met = np.isfinite(behind[np.arange(len(alive)), k])
+        found[alive[~met]] = far[alive[~met], None] * np.float32([0, 0, 0, 1]) - np.float32([1, 0, 0, 0])
+        alive, k = alive[met], k[met]
+        past[alive] = distance[alive, k]
+        found[alive] = np.stack([bvh.triangle[k], u[alive, k], v[alive, k], past[alive]], -1)
+        left[alive] *= 0 if bvh.veil is None else 1 - solid(bvh.veil, k, u[alive, k], v[alive, k])
+        alive = alive[left[alive] > (0 if until is None else until[alive])]
+    return found, left
 
 
 def _met(origins, directions, far, bvh):
@@ -74,15 +98,23 @@ def met(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> tuple[np.
         return np.where(inside & (slant != 0), distance, np.float32(-1)), u / total, v / total
 
 
-def trace(gpu, source: str, n: int, inputs: dict, outputs: dict, bvh, is_any: bool, integers: dict | None = None):
-    """Runs a kernel that calls `traced` of rays.glsl once for each item. is_any: any hit is as good as the nearest."""
+def trace(
+    gpu, source: str, n: int, inputs: dict, outputs: dict, integers: dict | None = None, floats: dict | None = None,
+    defines: dict | None = None, *, bvh, is_any: bool, rays: int = 1,
+):  # fmt: skip
+    """Runs a kernel that calls functions of rays.glsl, see `GpuDevice.dispatch`. is_any: what comes through is asked
+    for, and not where. rays: that an item traces, or looks at."""
     boxes = {"box_low": (bvh.low, 4), "box_high": (bvh.high, 4)}
     corners = {"corner_a": (bvh.a, 3), "corner_b": (bvh.b, 3), "corner_c": (bvh.c, 3)}
     if not is_any:
         corners["which"] = (bvh.triangle, 1)
+    sources = ("triangle", "rays")
+    if bvh.veil is not None:
+        corners |= {f"veil_{name}": (getattr(bvh.veil, name), c) for name, c in bvh.veil.CHANNELS.items()}
+        sources = "triangle", "veil", "rays"
     gpu.dispatch(
-        source, n, {**inputs, **boxes, **corners}, outputs, integers=integers,
-        defines={"ANY": int(is_any)}, with_sources=("triangle", "rays"), steps=_STEPS,
+        source, n, {**inputs, **boxes, **corners}, outputs, integers, floats,
+        {**(defines or {}), "ANY": int(is_any), "VEIL": int(bvh.veil is not None)}, sources, rays * _STEPS,
     )  # fmt: skip
 
 

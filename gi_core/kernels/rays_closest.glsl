@@ -1,11 +1,17 @@
 // SPDX-FileCopyrightText: 2026 GI Bake authors
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// The nearest hit of a ray; see rays.py.
+// Where a ray ends; see rays.py.
 
 void kernel(int i)
 {
-  vec4 found = traced(origin(i), direction(i), far(i));
+#if VEIL
+  float until_ = until(i);
+#else
+  float until_ = 0.0;
+#endif
+  float left;
+  vec4 found = followed(origin(i), direction(i), far(i), until_, left);
   if (found.x >= 0.0) {
     found.x = which(int(found.x));
   }

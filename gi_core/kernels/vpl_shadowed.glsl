@@ -1,7 +1,7 @@
 // SPDX-FileCopyrightText: 2026 GI Bake authors
 // SPDX-License-Identifier: GPL-3.0-or-later
 //
-// Whether a point sees its light; see vpl_shadowed.py.
+// How much of its light a point sees; see vpl_shadowed.py.
 
 void kernel(int item)
 {
@@ -11,11 +11,12 @@ void kernel(int item)
     vec3 start = origin(i);
     vec3 d = light_origin(int(light.x)) - start;
     float distance_ = length(d);
-    bool is_seen = dot(d, face(i)) > 0.0;
-    if (is_seen) {
-      is_seen = traced(start, d / max(distance_, 1e-20), distance_ * 0.9999).x < 0.0;
+    if (dot(d, face(i)) > 0.0) {
+      light.y *= through(start, d / max(distance_, 1e-20), distance_ * 0.9999);
     }
-    light.y = is_seen ? light.y : 0.0;
+    else {
+      light.y = 0.0;
+    }
   }
   set_found(item, light);
 }

@@ -14,31 +14,24 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from .. import sh, tiles
-from ..kernels.lpv_inject import summed
-from ..kernels.lpv_transfer import beam, sharpened
+from .. import tiles
+from ..device import NUMPY, Device
+from ..kernels.lpv_arriving import BANDS, SEAM, arriving, asked, received, transfers
+from ..kernels.lpv_transfer import sharpened
 from ..sampling import morton
 from ..trace import Tracer
 from ..vectors import dot
 from ..vpls import Vpls
 from .grid import Grid, levels
-from .injection import STARTS, Sources, sources
+from .injection import Sources, sources
 from .settings import LpvSettings
 from .volume import Level
-
-BANDS = 3
 
 # Pairs of cells worked on at once by a thread.
 _PAIRS = 1 << 15
 
 # Wanted cells worked on at once by a thread, and how many neighbours of those are near to a source or far together.
 _CELLS, _BLOCK = 2048, 64
-
-# Of what a source sends straight ahead: so little is worth one ray, and so little is nothing but rounding.
-_DIM, _NOTHING = 0.05, 1e-5
-
-# Share of a radius over which light goes from one grid to the next.
-_SEAM = 0.25
 
 
 def propagated(
@@ -54,30 +47,21 @@ def propagated(
     lights = []
     for k, grid in enumerate(every):
         # Cells at a cascade's border are lit from beyond it.
-        margin = settings.reach * (1 + _SEAM) + 1 if k < len(grids) else 0
+        margin = settings.reach * (1 + SEAM) + 1 if k < len(grids) else 0
         lights.append(sources(vpls, grid, settings.injection_bias, literal, margin))
     casting = tracer if settings.visibility else None
+    # Embree's rays need the processor's threads.
+    device = NUMPY if casting and not tracer.on_card else tracer.device
     found = []
     for k, grid in enumerate(grids):
         out = np.zeros((len(wanted[k]), BANDS**2, 3), np.float32)
         for j in range(k, len(every)):
-            yield from _arriving(casting, lights[j], grid, wanted[k], radius[j - 1] if j > k else 0, radius[j], out)
+            inner = radius[j - 1] if j > k else 0
+            yield from _arriving(casting, device, lights[j], grid, wanted[k], inner, radius[j], out)
         irradiance = np.zeros((grid.size, BANDS**2, 3), np.float32)
         irradiance[wanted[k]] = out
         found.append(Level(grid, irradiance))
     return found
-
-
-def _window(r: np.ndarray, inner: float, outer: float) -> np.ndarray:
-    """1 between two distances, 0 beyond, 1 in sum over all pairs of neighbouring distances: (p,) -> (p,) float32."""
-
-    def beyond(limit):
-        if limit in (0, np.inf):
-            return np.float32(limit == 0)
-        t = np.clip((r / np.float32(limit) - (1 - _SEAM)) / (2 * _SEAM), 0, 1)
-        return t * t * (3 - 2 * t)
-
-    return beyond(inner) - beyond(outer)
 
 
 def _within(centre: np.ndarray, low: np.ndarray, high: np.ndarray, inner: float, outer: float) -> np.ndarray:
@@ -85,7 +69,7 @@ def _within(centre: np.ndarray, low: np.ndarray, high: np.ndarray, inner: float,
     bool."""
     near = np.maximum(np.maximum(low - centre, centre - high), 0)
     far = np.maximum(high - centre, centre - low)
-    return (dot(near, near) <= (outer * (1 + _SEAM)) ** 2) & (dot(far, far) >= (inner * (1 - _SEAM)) ** 2)
+    return (dot(near, near) <= (outer * (1 + SEAM)) ** 2) & (dot(far, far) >= (inner * (1 - SEAM)) ** 2)
 
 
 def _pairs(centre: np.ndarray, middles: np.ndarray, inner: float, outer: float) -> Iterator:
@@ -109,21 +93,15 @@ def _pairs(centre: np.ndarray, middles: np.ndarray, inner: float, outer: float) 
         yield source[part][there // _BLOCK], place[there]
 
 
-def _seen(tracer: Tracer, starts, row, middles, place, bright) -> np.ndarray:
-    """Share of what sources send to cells that comes through: (p,) float32.
-
-    starts: (n, STARTS, 3) of all sources, middles: (m, 3) of all cells [m]; row, place: (p,) of each pair; bright: (p,)
-        whether all starts are asked, or one, another one for each pair.
-    """
-    seen, turn = np.zeros(len(row), np.float32), (row + place) % STARTS
-    for k in range(STARTS):
-        asked = np.flatnonzero(bright | (turn == k))
-        free = tracer.connected(starts[row[asked], k], middles[place[asked]])
-        seen[asked] += free * np.where(bright[asked], np.float32(1 / STARTS), 1)
+def _seen(tracer: Tracer, starts, row, middles, place, share) -> np.ndarray:
+    """Share of what sources send to cells that comes through: (p,) float32. As for `lpv_arriving`."""
+    seen = np.zeros(len(row), np.float32)
+    for k, pair, counts in asked(row, place, share, starts.shape[1]):
+        seen[pair] += counts * tracer.between(starts[row[pair], k], middles[place[pair]])
     return seen
 
 
-def _arriving(tracer, lights: Sources, grid: Grid, wanted, inner: float, outer: float, out) -> Iterator[float]:
+def _arriving(tracer, device: Device, lights: Sources, grid: Grid, wanted, inner: float, outer: float, out):
     """Adds what comes to the wanted cells from sources between two distances [m] to out, (n, 9, 3) float32 coefficients
     of irradiance [W/m²]. A generator of progress."""
     if not len(lights) or not len(wanted):
@@ -131,27 +109,24 @@ def _arriving(tracer, lights: Sources, grid: Grid, wanted, inner: float, outer: 
     vector, rest = sharpened(lights.coefficients)
     # What each sends straight ahead.
     ahead = np.maximum((np.sqrt(np.einsum("nac,nac->nc", vector, vector)) + rest).mean(-1), np.float32(1e-30))
+    sent = lights.centre, vector, rest, ahead
     cells = np.stack(np.unravel_index(wanted, grid.shape), -1)
     order = np.argsort(morton(cells), kind="stable")
     every = grid.centres(cells[order])
+    if device is not NUMPY:
+        bvh = tracer.on_card.bvh if tracer else None
+        rest_ = lights.starts, inner, outer, grid.cell, bvh
+        found = yield from device.each(lambda _: device.run(arriving, every, *sent, *rest_), len(every), len(every))
+        out[order] += device.numpy(found)
+        return
 
     def tile(part: slice):
         middles, found = every[part], np.zeros((part.stop - part.start, *out.shape[1:]), np.float32)
-        for row, place in _pairs(lights.centre, middles, inner, outer):
-            d = middles[place] - lights.centre[row]
-            r2 = dot(d, d)
-            window = _window(np.sqrt(r2), inner, outer)
-            near = np.flatnonzero(window)
-            row, place, r2, window = row[near], place[near], r2[near], window[near]
-            direction = d[near] / np.sqrt(np.maximum(r2, 1e-20))[:, None]
-            arrives = beam(vector, rest, row, direction, r2, grid.cell) * window[:, None]
-            share = arrives.mean(-1) * np.maximum(r2, np.float32(grid.cell**2)) / ahead[row]
-            live = np.flatnonzero(share > _NOTHING)
-            row, arrives, direction, place = row[live], arrives[live], direction[live], place[live]
+        for pairs in _pairs(lights.centre, middles, inner, outer):
+            row, place, direction, arrives, share = transfers(middles, *sent, *pairs, inner, outer, grid.cell)
             if tracer is not None:
-                arrives *= _seen(tracer, lights.starts, row, middles, place, share[live] > _DIM)[:, None]
-            lobe = sh.cosine_lobe(-direction, BANDS)
-            found += summed(place, lobe[:, :, None] * arrives[:, None, :], len(found))
+                arrives *= _seen(tracer, lights.starts, row, middles, place, share)[:, None]
+            found += received(place, direction, arrives, len(found))
         out[order[part]] += found
 
     yield from tiles.run(tile, tiles.slices(len(wanted), _CELLS))

@@ -12,6 +12,7 @@ import pytest
 from gi_bake.addon import gpu_context
 from gi_bake.gi_core import filter as smoothing
 from gi_bake.gi_core.device import NUMPY
+from gi_bake.gi_core.kernels.added import added
 from gi_bake.gi_core.tiles import finish
 
 
@@ -47,6 +48,24 @@ def test_textures_are_used_again(gpu):
     del first
     assert gpu.empty((90, 3), 3).texture is not texture  # another size
     assert gpu.empty((100, 3), 3).texture is texture
+
+
+def test_arrays_wait_outside_where_others_need_the_room(gpu, monkeypatch):
+    image = [gpu.array(one, 3) for one in an_image(64)[:2]]
+    expected = [gpu.numpy(one) for one in image]
+    for one in image:
+        assert one.texture
+    monkeypatch.setattr(gpu, "budget", 0)
+    total = gpu.run(added, *image)
+    gpu.peak = 0
+    np.testing.assert_array_equal(gpu.numpy(total), expected[0] + expected[1])
+    # What one dispatch needs is there, and nothing else.
+    assert gpu.peak == gpu.bytes == 3 * 16 * 64 * 64
+    other = gpu.run(added, total, gpu.array(np.ones((64, 64, 3), np.float32), 3))
+    np.testing.assert_array_equal(gpu.numpy(other), expected[0] + expected[1] + 1)
+    assert gpu.peak == 3 * 16 * 64 * 64
+    for one, values in zip(image, expected):
+        np.testing.assert_array_equal(gpu.numpy(one), values)
 
 
 def an_image(side):

@@ -9,11 +9,14 @@ import numpy as np
 import pytest
 from gi_bake.addon.bake import Job, bake
 from gi_bake.gi_core import metrics, tiles
+from gi_bake.gi_core.bvh import build
 from gi_bake.gi_core.device import NUMPY
 from gi_bake.gi_core.kernels.added import added
+from gi_bake.gi_core.kernels.lpv_arriving import arriving
 from gi_bake.gi_core.kernels.lpv_inject import coefficients, summed
 from gi_bake.gi_core.kernels.lpv_propagate import layer_sums, step
 from gi_bake.gi_core.kernels.lpv_received import received
+from gi_bake.gi_core.kernels.lpv_transfer import sharpened
 from gi_bake.gi_core.kernels.lpv_trilinear import trilinear
 from gi_bake.gi_core.lpv import flat
 from gi_bake.gi_core.lpv.settings import LpvSettings
@@ -68,6 +71,20 @@ def test_the_look_up(same, grid, n, bands):
     share = random(n, seed=2) * (random(n, seed=3) > 0.3)
     same(trilinear, values, local, grid, share)
     same(trilinear, values, local, grid, share, random(n, bands, 3, seed=4))
+
+
+@pytest.mark.parametrize("cells, n", [(0, 5), (1, 1), (65, 3), (300, 70)])
+@pytest.mark.parametrize("inner, outer", [(0, np.inf), (0, 0.8), (0.3, np.inf)])
+def test_what_goes_straight_to_cells(same, cells, n, inner, outer):
+    middles, centre = random(cells, 3), random(n, 3, seed=1)
+    vector, rest = sharpened(coefficients(random(n, 3, seed=2), units(n)) + random(n, 4, 3, seed=3) * np.float32(0.1))
+    ahead = (np.sqrt(np.einsum("nac,nac->nc", vector, vector)) + rest).mean(-1)
+    corners = random(40, 1, 3, seed=4) + 0.2 * random(40, 3, 3, seed=5)
+    bvh = build(corners.reshape(-1, 3), np.arange(120).reshape(-1, 3))
+    starts = centre[:, None] + np.float32(0.01) * random(n, 4, 3, seed=6)
+    for between in (None, bvh):
+        # The order of summation differs.
+        same(arriving, middles, centre, vector, rest, ahead, starts, inner, outer, 0.1, between, tolerance=1e-3)
 
 
 @pytest.mark.parametrize("n", [0, 1, 64, 1000])

@@ -34,3 +34,55 @@ def test_closing_drops_what_has_not_begun():
     go.set()
     running.close()
     assert len(begun) < 1000
+
+
+def test_a_tile_asks_the_thread_that_works_for_it():
+    here, found = threading.get_ident(), []
+
+    def ask(part):
+        found.append((threading.get_ident(), tiles.on_asker(threading.get_ident)))
+
+    def work(part):
+        ask(part)
+        tiles.finish(tiles.run(ask, tiles.slices(2, 1)))
+
+    assert tiles.on_asker(threading.get_ident) == here
+    tiles.finish(tiles.run(work, tiles.slices(4, 1)))
+    assert len(found) == 12
+    assert all(asked == here and at != here for at, asked in found)
+
+
+def test_an_error_of_what_a_tile_asks_for_is_the_tiles():
+    def fail():
+        raise ValueError("asked")
+
+    caught = []
+
+    def work(part):
+        try:
+            tiles.on_asker(fail)
+        except ValueError as error:
+            caught.append(error)
+            raise
+
+    with pytest.raises(ValueError, match="asked"):
+        tiles.finish(tiles.run(work, tiles.slices(1, 1)))
+    assert len(caught) == 1
+
+
+def test_closing_lets_tiles_go_that_wait_for_an_answer():
+    ended, waits = [], threading.Event()
+
+    def work(part):
+        waits.set()
+        try:
+            while True:
+                tiles.on_asker(lambda: None)
+        finally:
+            ended.append(part)
+
+    running = tiles.run(work, tiles.slices(1, 1))
+    next(running)
+    assert waits.wait(5)
+    running.close()
+    assert len(ended) == 1
