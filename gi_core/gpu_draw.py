@@ -7,10 +7,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-# Rectangles that are drawn at once at the most: so many times six corners are kept on the card.
+# Rectangles that are drawn at once at the most: the numbers of so many times six corners are kept on the card.
 _MOST = 1 << 15
 
-# Two triangles to a rectangle, in a texture as those of kernels: NAME(i). What is not to be drawn has no size.
+# Two triangles to a rectangle.
 _VERTEX = """
 void main()
 {

@@ -261,6 +261,10 @@ def test_draws_are_cut_and_cancelled(gpu, scenes, monkeypatch):
             break
     assert len(shares) > 10
     np.testing.assert_array_equal(part.triangle, whole.triangle)
+    monkeypatch.setattr("gi_bake.gi_core.device._DISPATCH", 1e3)
+    monkeypatch.setattr("gi_bake.gi_core.gpu_draw._MOST", 4)
+    part = tiles.finish(tracer.drawn(raster.of_camera(eye), *camera_rays(eye)))
+    np.testing.assert_array_equal(part.triangle, whole.triangle)
     work = tracer.drawn(raster.of_camera(eye), *camera_rays(eye))
     next(work)
     work.close()
