@@ -4,7 +4,8 @@
 
 Irradiance over the normal is nearly linear, E(n) = u + v·n: two bands of spherical harmonics. Four normals determine
 them, the surface's own and three around it (the basis of Half-Life 2, McTaggart 2004, "Half-Life 2 source shading"), so
-that what comes out is exact at the surface's own normal.
+that what comes out is exact at the surface's own normal. Where a normal map gives that one, the three are around it,
+and what relief hides of light (`bump`) is left out of theirs, of which the relief has none.
 """
 
 import numpy as np

@@ -74,6 +74,19 @@ void kernel(int i)
   uint covered = 0u;
   float lit = 0.0;
   color_t arrived = color_t(0.0);
+#if SHOWN
+  // What lies below the surface is neither seen nor open.
+  vec3 mesh_up = shown(pixel);
+  float horizon = angle_of(dot(mesh_up, along), dot(mesh_up, view));
+  float edges[2];
+  for (int e = 0; e < 2; e++) {
+    float theta = horizon + (e == 0 ? -1.5707963267948966 : 1.5707963267948966);
+    theta = clamp(theta, gamma - 1.5707963267948966, gamma + 1.5707963267948966);
+    edges[e] = clamp((arc(theta, gamma, around) - low) / whole, 0.0, 1.0) * 32.0 + random.z;
+  }
+  covered = ~(sectors(max(edges[0], edges[1])) & ~sectors(min(edges[0], edges[1])));
+  lit = bits_in(covered);
+#endif
   float r = reached(-1.0, random.y);
   float following = reached(0.0, random.y);
   for (int k = 0; k < steps; k++) {

@@ -50,7 +50,7 @@ def horizon_scan(
     position, normal, color = position.reshape(-1, 3), normal.reshape(-1, 3), color.reshape(-1, c)
     away = np.broadcast_to(np.array([0, 0, 1], np.float32), position.shape) * position[:, 2:] if parallel else position
     here, up = position[pixels], normal[pixels]
-    shown = normal if shown is None else shown.reshape(-1, 3)
+    facings = normal if shown is None else shown.reshape(-1, 3)
     view = -normalize(away[pixels])
     b1, b2 = frame(view)
     turn = (np.float32(np.pi) * u[:, 0])[:, None]
@@ -73,9 +73,21 @@ def horizon_scan(
         """Pixels to the k-th step; at least one more each time."""
         return 1 + k + span * (np.maximum(k + u[:, 1], 0) / steps) ** _POWER
 
-    def sector(d: np.ndarray) -> np.ndarray:
-        theta = np.clip(np.arctan2(dot(d, along), dot(d, view)), gamma - _RIGHT, gamma + _RIGHT)
-        return (_integral(theta, gamma) - low) / whole
+    def angle(d: np.ndarray) -> np.ndarray:
+        return np.arctan2(dot(d, along), dot(d, view))
+
+    def sector(theta: np.ndarray) -> np.ndarray:
+        return (_integral(np.clip(theta, gamma - _RIGHT, gamma + _RIGHT), gamma) - low) / whole
+
+    def bits_of(edges: list[np.ndarray]) -> np.ndarray:
+        edges = np.clip(edges, 0, 1) * SECTORS + u[:, 2]
+        low_bit, high_bit = (np.floor(f(edges, 0)).astype(np.uint64) for f in (np.min, np.max))
+        return ((_ONE << high_bit) - _ONE) & ~((_ONE << low_bit) - _ONE)
+
+    if shown is not None:  # what lies below the surface is neither seen nor open
+        horizon = angle(facings[pixels])
+        covered |= ~bits_of([sector(horizon + s * _RIGHT) for s in (-1, 1)]) & np.uint64(0xFFFFFFFF)
+        lit += _count(covered)
 
     for k in range(steps):
         last, r, following = reach(k - 1), reach(k), reach(k + 1)
@@ -84,16 +96,14 @@ def horizon_scan(
             x, y = (np.round(a + side * r * way[:, i]) for i, a in enumerate((column, row)))
             inside = (x >= 0) & (x < w) & (y >= 0) & (y < h)
             tap = (np.where(inside, y, 0) * w + np.where(inside, x, 0)).astype(np.int32)
-            at, facing = position[tap], shown[tap]
+            at, facing = position[tap], facings[tap]
             # From the pixel's centre to the stretch's ends.
             off = np.stack([column - x, row - y], -1)
             first, final = (
                 _on_plane(at, facing, (off + (side * (r + e))[:, None] * way) / unit, parallel) for e in (begin, end)
             )
             back = final + np.float32(thickness) * (final * (0, 0, 1) if parallel else final)
-            edges = np.clip([sector(e - here) for e in (first, final, back)], 0, 1) * SECTORS + u[:, 2]
-            low_bit, high_bit = (np.floor(f(edges, 0)).astype(np.uint64) for f in (np.min, np.max))
-            bits = ((_ONE << high_bit) - _ONE) & ~((_ONE << low_bit) - _ONE)
+            bits = bits_of([sector(angle(e - here)) for e in (first, final, back)])
             bits = np.where(inside & facing.any(-1), bits, np.uint64(0))
             # A surface turned away shows the eye another side than the one that this point sees.
             share = _count(bits & ~covered) * (dot(facing, at - here) < 0)

@@ -7,10 +7,10 @@ from collections.abc import Iterator
 import numpy as np
 
 from .. import sh
-from ..bump import mean_shadowing
 from ..device import NUMPY, Device
 from ..kernels.lpv_received import received
 from ..kernels.lpv_trilinear import corners, mixed, trilinear
+from ..sampling import cosine_hemisphere, r2_sequence
 from ..surfels import Surfels
 from ..trace import Tracer
 from ..vectors import dot, normalize
@@ -22,6 +22,9 @@ _POINTS = 1 << 13
 
 # A cell whose middle is hidden counts this little, so that where all are hidden they count alike.
 _HIDDEN = np.float32(1e-4)
+
+# From which light is looked at where relief hides some of it.
+_DIRECTIONS = 32
 
 # How far along the normal the volume's change is looked at [cells].
 _STEP = 0.2
@@ -99,17 +102,31 @@ def indirect(tracer: Tracer, surfels: Surfels, volume: Volume, settings: LpvSett
         here, ahead = surfels[part], None
         found = coefficients(tracer, volume.levels, settings, here.origin, here.face, device)
         factor = np.full(len(here), settings.intensity, np.float32)
-        if here.is_bumpy:
-            factor *= mean_shadowing(here.smooth, here.normal)
         if settings.derivative_damping:
-            step = np.float32(_STEP * volume.levels[0].grid.cell) * here.normal
+            step = np.float32(_STEP * volume.levels[0].grid.cell) * here.smooth
             ahead = coefficients(tracer, volume.levels, settings, here.origin + step, here.face, device)
         if settings.directional_occlusion:
             far = settings.occlusion_radius * volume.levels[0].grid.cell
             factor *= 1 - np.float32(settings.directional_occlusion) * _hidden(tracer, here, device.numpy(found), far)
-        return device.run(received, found, here.normal, factor, ahead, settings.derivative_damping)
+        light = device.run(received, found, here.normal, factor, ahead, settings.derivative_damping)
+        return light if not here.is_bumpy else device.array(_on_relief(here, *map(device.numpy, (found, light))), 3)
 
     return device.numpy((yield from device.each(tile, len(surfels), _POINTS)))
+
+
+def _on_relief(here: Surfels, found: np.ndarray, light: np.ndarray) -> np.ndarray:
+    """Irradiance (n, 3), with less of it where a map turns normals: what is seen from there above the mesh's own plane,
+    as far as it counts (`bump`), of all that the volume has around. found: (n, k, 3)."""
+    row = np.flatnonzero(np.any(here.smooth != here.normal, -1))
+    around, seen = np.zeros((2, len(row), 3), np.float32)
+    for u in r2_sequence(_DIRECTIONS):
+        direction = cosine_hemisphere(here.normal[row], np.broadcast_to(u, (len(row), 2)))
+        there = np.maximum(sh.evaluate(found[row] / sh.COSINE[: found.shape[1], None], direction), 0)
+        around += there
+        seen += there * here.shadowing(row, direction)[:, None]
+    light = light.copy()
+    light[row] *= np.divide(seen, around, out=np.zeros_like(seen), where=around > 0)
+    return light
 
 
 def radiance(tracer: Tracer, surfels: Surfels, volume: Volume, settings: LpvSettings) -> np.ndarray:

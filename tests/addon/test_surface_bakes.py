@@ -198,3 +198,67 @@ def test_a_stage_of_the_bake():
     assert "materials" in [stage for _, stage in said] and result.stages["materials"] > 0
     assert [fraction for fraction, _ in said] == sorted(fraction for fraction, _ in said)
     assert result.approximated == ()
+
+
+def relief(tree, space="TANGENT", **inputs):
+    """A normal map of noise."""
+    color = tree.node("ShaderNodeTexNoise", "Color")
+    return tree.node("ShaderNodeNormalMap", set={"space": space}, Color=color, **inputs)
+
+
+@pytest.mark.parametrize("space, bakes", [("TANGENT", 3), ("OBJECT", 3), ("WORLD", 5)])
+def test_objects_share_normals_that_turn_with_them(tmp_path, monkeypatch, space, bakes):
+    made = counted(monkeypatch)
+    tree = material()
+    thing = square(tree.surface(tree.node("ShaderNodeBsdfDiffuse", Normal=relief(tree, space))))
+    for k, (turn, scale) in enumerate([((0, 0, 0), (1, 1, 1)), ((1, 2, 3), (1, 1, 1)), ((0, 0, 1), (2, 1, 1)),
+                                       ((0, 0, 0), (-1, 1, 1))]):  # fmt: skip
+        link(thing.data, f"copy {k}", location=(k, 2, 0), rotation_euler=turn, scale=scale)
+    core = read_baked(SurfaceBakes(tmp_path))
+    assert len(made) == len(core.materials) == bakes and not core.approximated
+    assert all(m.normal.texture is not None for m in core.materials)
+    made.clear()
+    again = read_baked(SurfaceBakes(tmp_path))
+    assert not made
+    assert all(np.array_equal(a.normal.texture.pixels, b.normal.texture.pixels)
+               for a, b in zip(again.materials, core.materials))  # fmt: skip
+
+
+def test_normals_that_are_the_meshes_own_are_not_baked(monkeypatch):
+    made = counted(monkeypatch)
+    idle = [
+        lambda t: t.node("ShaderNodeNormalMap"),
+        lambda t: t.node("ShaderNodeBump"),
+        lambda t: t.node("ShaderNodeNewGeometry", "Normal"),
+        lambda t: relief(t, Strength=0.0),
+        lambda t: t.node("ShaderNodeBump", Strength=0.0, Height=t.node("ShaderNodeTexNoise")),
+        lambda t: t.node("ShaderNodeBump", Normal=t.node("ShaderNodeNormalMap")),
+    ]
+    for make in idle:
+        tree = material()
+        square(tree.surface(tree.node("ShaderNodeBsdfDiffuse", Normal=make(tree))))
+    core = read_baked()
+    assert not made and len(core.materials) == len(idle) and all(m.normal is None for m in core.materials)
+    tree = material()
+    square(tree.surface(tree.node("ShaderNodeBsdfDiffuse", Normal=tree.node("ShaderNodeBump", Normal=relief(tree)))))
+    assert read_baked().materials[-1].normal is not None and len(made) == 1
+
+
+def test_of_shaders_with_different_normals_the_brightest_counts():
+    def mixed(first, second):
+        tree = material()
+        normal = relief(tree, "OBJECT", Strength=0.5)
+        shaders = [tree.node("ShaderNodeBsdfDiffuse", Color=(c, c, c), **({"Normal": normal} if mapped else {}))
+                   for c, mapped in (first, second)]  # fmt: skip
+        mix = tree.node("ShaderNodeMixShader", Factor=0.5)
+        for shader, socket in zip(shaders, mix.node.inputs[1:]):
+            tree.tree.links.new(shader, socket)
+        square(tree.surface(mix))
+        core = read_baked()
+        bpy.ops.wm.read_homefile(use_empty=True)
+        return core.materials[0].normal is not None, "different normals" in " ".join(core.approximated)
+
+    assert mixed((0.8, True), (0.2, False)) == (True, True)
+    assert mixed((0.2, True), (0.8, False)) == (False, True)
+    assert mixed((0.2, True), (0.8, True)) == (True, False)
+    assert mixed((0.8, True), (0.0, False)) == (True, False)

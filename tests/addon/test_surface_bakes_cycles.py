@@ -288,6 +288,44 @@ def test_tiles_and_sequences(tmp_path):
     assert np.abs(found[0] - found[1]).max() > 0.1 and core.materials[0].albedo.texture
 
 
+def test_packed_and_generated_images(tmp_path):
+    """As they are and through a node, without their files."""
+    pixels = np.insert(np.random.default_rng(2).random((4, 4, 3)), 3, 1, -1)
+    files = []
+    for name in ("packed", "tile.1001", "tile.1002"):
+        made = image(pixels if name == "packed" else pixels[::-1], name)
+        files.append(tmp_path / f"{name}.png")
+        made.filepath_raw, made.file_format = str(files[-1]), "PNG"
+        made.save()
+        bpy.data.images.remove(made)
+    pictures = {"packed": bpy.data.images.load(str(files[0])), "tiled": bpy.data.images.load(str(files[1]))}
+    pictures["tiled"].source = "TILED"
+    pictures["tiled"].filepath = str(tmp_path / "tile.<UDIM>.png")
+    pictures["tiled"].tiles.new(1002)
+    for picture in pictures.values():
+        picture.pack()
+    for file in files:
+        file.unlink()
+    for kind in ("UV_GRID", "COLOR_GRID"):
+        pictures[kind] = bpy.data.images.new(kind, 40, 40)  # of whose texels none ends at a pixel's centre
+        pictures[kind].generated_type = kind
+    things = []
+    for name, picture in pictures.items():
+        for through in (False, True):
+            def color(tree, picture=picture, through=through):
+                found = tree.node("ShaderNodeTexImage", set={"image": picture, "interpolation": "Closest"})
+                return tree.node("ShaderNodeGamma", Color=found, Gamma=1.5) if through else found
+
+            title = f"{name} {through}"
+            things.append(square(diffuse(title, color), name=title, location=(len(things), 0, 0)))
+    for thing in things[2:4]:
+        for loop in thing.data.uv_layers["first"].uv:
+            loop.vector.x *= 2
+    # Where texels meet, a pixel may show either.
+    core = compared(tmp_path, things, len(things), tolerance=200)
+    assert not core.approximated
+
+
 def test_what_depends_on_the_view_is_told():
     tree = material("rim")
     mix = tree.node("ShaderNodeMix", 2, {"data_type": "RGBA"}, Factor=tree.node("ShaderNodeLayerWeight", "Facing"),
