@@ -4,6 +4,7 @@
 
 They are baked like all that only Cycles can tell, in the object's space. Tangents, derivatives of heights and what
 nodes make of normals are then Cycles' own; what is left to do is what any mesh's normal needs, its object's matrix.
+From behind a surface shows its relief's back: so do Cycles' normal maps, but its bumps stand out on either side.
 """
 
 import numpy as np

@@ -96,11 +96,14 @@ def _principled(source: Feed, reading: Reading) -> Surface:
     dull = product(opaque, complement(glass), reading, "what is neither metal nor glass")
     if mean(glass)[0] * (1 - mean(metal)[0]) > 0:
         reading.note(f"{mean(opaque)[0] - mean(dull)[0]:.0%} of it is glass, whose light is left out")
+    normal = read_normal(source.input("Normal"), reading)
     albedo = gloss_albedo = BLACK
     if dull.value.any() or metal.value.any():
         reading.note_once(_GLOSS_NOTES[reading.glossy])
         base = read_color(source.input("Base Color"), reading, "the base colour")
         specular = _specular(source, base, number("IOR"), number("Specular IOR Level"), reading)
+        if normal is not None and specular.value.any():
+            reading.note("how diffuse it is depends on the view, most of all under a normal map; the mean is taken")
         through = product(dull, complement(specular), reading, "what is neither metal nor glass")
         albedo = product(base, through, reading, "the base colour")
         metallic = product(base, metal, reading, "the base colour")
@@ -110,7 +113,6 @@ def _principled(source: Feed, reading: Reading) -> Surface:
     if source.input("Emission Strength").node or number("Emission Strength") > 0:
         emission = _emission(source, "Emission Color", "Emission Strength", reading)
     gloss = principled_gloss(source, reading) if reading.glossy else MATTE
-    normal = read_normal(source.input("Normal"), reading)
     alpha = read_factor(source.input("Alpha"), reading, "its alpha")
     return Surface(albedo, emission, alpha, gloss, gloss_albedo, normal)
 

@@ -250,7 +250,8 @@ def test_of_shaders_with_different_normals_the_brightest_counts():
         normal = relief(tree, "OBJECT", Strength=0.5)
         shaders = [tree.node("ShaderNodeBsdfDiffuse", Color=(c, c, c), **({"Normal": normal} if mapped else {}))
                    for c, mapped in (first, second)]  # fmt: skip
-        mix = tree.node("ShaderNodeMixShader", Factor=0.5)
+        mix = tree.node("ShaderNodeMixShader")
+        mix.node.inputs[0].default_value = 0.5
         for shader, socket in zip(shaders, mix.node.inputs[1:]):
             tree.tree.links.new(shader, socket)
         square(tree.surface(mix))

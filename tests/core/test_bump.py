@@ -118,8 +118,8 @@ def test_without_maps_nothing_is_carried_along():
 
 def test_vertices_have_their_meshs_normals():
     geometry = mapped(np.eye(4), (0.6, 0, 0.8)).geometry
-    for made in (surfels.from_corners,):
-        np.testing.assert_allclose(made(geometry, "plate").normal, np.tile(UP, (len(made(geometry, "plate")), 1)))
+    corners = surfels.from_corners(geometry, "plate")
+    np.testing.assert_allclose(corners.normal, np.tile(UP, (len(corners), 1)))
     texels, _ = surfels.from_texels(geometry, "plate", "", (4, 4))
     np.testing.assert_allclose(texels.normal, np.tile(np.float32([0.6, 0, 0.8]), (16, 1)), atol=1e-6)
 
