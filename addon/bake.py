@@ -216,7 +216,9 @@ def bake(
         job = replace(job, settings=replace(job.settings, box=box_corners(job.settings.box, scene)))
     transparent = scene.render.film_transparent
     with stages.time("device"):
-        device, why_not = gpu_context.device(job.settings.device, job.settings.memory << 20)
+        pixels = np.prod(camera_at(core.camera, job.resolution).resolution) if job.target == "image" else 0
+        spares = gpu_context.spared(job.method, int(pixels), job.settings.samples)
+        device, why_not = gpu_context.device(job.settings.device, job.settings.memory << 20, spares)
     yield 0.0, "trees"
     with stages.time("trees"):
         tracer = Tracer(Geometry(core), device)
