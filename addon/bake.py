@@ -100,7 +100,9 @@ def bake(
     read = yield from _read(scene, view_layer, job, output, stages)
     job, core, notes = read.job, read.core, read.notes
     with stages.time("device"):
-        device, why_not = gpu_context.device(job.settings.device, job.settings.memory << 20)
+        pixels = int(np.prod(core.camera.at(job.resolution).resolution)) if job.target == "image" else 0
+        spares = gpu_context.spared(job.method, pixels, job.settings.samples)
+        device, why_not = gpu_context.device(job.settings.device, job.settings.memory << 20, spares)
     if why_not:
         notes.append(f"NO_GPU: the graphics card was asked for; the processor computed: {why_not}")
     yield 0.0, "trees"

@@ -7,6 +7,8 @@ child process tries first.
 """
 
 import functools
+import logging
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -17,6 +19,8 @@ from ..gi_core.device import NUMPY, Device, GpuDevice
 from .gpu_engine import make_context
 from .read.render_depsgraph import own_render_slot
 
+_LOG = logging.getLogger(__name__)
+
 # Seconds that a child may take to try, on a busy machine.
 _PATIENCE = 120
 
@@ -24,20 +28,36 @@ _PATIENCE = 120
 _LINUX_CARDS = ("/dev/dri", "/dev/nvidia0")
 
 
-def device(wanted: str, memory: int = 1 << 30) -> tuple[Device, str]:
+# Seconds of a processor that a driver in software spares numpy for each pixel and sample of a camera image, and what it
+# takes to reach one: a child of a second, a context, shaders. It is to spare twice of that. Measured on two cores.
+_SPARES, _TAKES = {"rsm": 0.5e-6, "ssgi": 4e-6}, 1.5
+
+
+def spared(method: str, pixels: int, samples: int) -> float:
+    """Seconds that a driver in software would spare in a camera image: nothing with other techniques."""
+    return _SPARES.get(method, 0.0) * pixels * samples / os.cpu_count()
+
+
+def device(wanted: str, memory: int = 1 << 30, spares: float = 0.0) -> tuple[Device, str]:
     """What to compute on, and why it is not the graphics card where one is wanted. On the main thread.
 
-    wanted: "cpu", "gpu", or "auto": the graphics card where there is one. A driver that computes on the processor
-    itself counts for "gpu" only. memory: bytes of the card's that it may keep for later.
+    wanted: "cpu", "gpu", or "auto": the graphics card where there is one. memory: bytes that it may hold. spares:
+    seconds that a driver that computes on the processor itself would spare: "auto" takes one where these are many, in
+    the background, where nobody waits for the main thread, and from Blender 5.0 on, which ends as it should after it.
     """
-    if wanted == "cpu" or (wanted == "auto" and not _may_have_card()):
+    pays = spares > 2 * _TAKES and bpy.app.background and bpy.app.version >= (5, 0)
+    if wanted == "cpu" or (wanted == "auto" and not _may_have_card() and not pays):
         return NUMPY, ""
     reason = why_not() if bpy.app.background else ""
+    try:
+        found = None if reason else _gpu()
+    except (RuntimeError, SystemError) as error:
+        reason = f"Blender gives no context: {error}"
     if reason:
-        return NUMPY, reason
-    found = _gpu()
+        _LOG.info("no driver of a graphics card: %s", reason)
+        return NUMPY, reason if wanted == "gpu" or _may_have_card() else ""
     found.budget = memory
-    return (NUMPY if wanted == "auto" and found.software else found), ""
+    return (NUMPY if wanted == "auto" and found.software and not pays else found), ""
 
 
 def _may_have_card() -> bool:

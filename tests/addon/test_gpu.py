@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 
+import bpy
 import numpy as np
 import pytest
 from gi_bake.addon import gpu_context
@@ -102,6 +103,28 @@ def test_what_was_cancelled_is_not_done_later(gpu, monkeypatch):
 
 def test_the_processor_is_taken_where_it_is_wanted():
     assert gpu_context.device("cpu") == (NUMPY, "")
+
+
+def test_a_driver_in_software_is_taken_where_it_spares_more_than_it_takes(gpu):
+    if not gpu.software:
+        pytest.skip("here is a card")
+    small, large = (gpu_context.spared("ssgi", n * n, 64) for n in (32, 4096))
+    assert gpu_context.device("auto", spares=small)[0] is NUMPY
+    expected = gpu if bpy.app.version >= (5, 0) else NUMPY
+    assert gpu_context.device("auto", spares=large) == (expected, "")
+    assert gpu_context.device("auto", spares=gpu_context.spared("lpv", 1 << 24, 64))[0] is NUMPY
+
+
+@pytest.mark.parametrize("fails", ["child", "context"])
+def test_a_driver_that_fails_leaves_the_processor(monkeypatch, fails):
+    def fail():
+        raise SystemError("GPU functions are not available")
+
+    monkeypatch.setattr(gpu_context, "why_not", lambda: "no driver" if fails == "child" else "")
+    monkeypatch.setattr(gpu_context, "_gpu", fail)
+    found, reason = gpu_context.device("gpu")
+    assert found is NUMPY and ("no driver" if fails == "child" else "not available") in reason
+    assert gpu_context.device("auto", spares=1e9)[0] is NUMPY
 
 
 def test_without_a_driver_a_bake_says_why_and_goes_on(sample, tmp_path):

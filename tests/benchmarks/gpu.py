@@ -30,7 +30,9 @@ from gi_bake.gi_core.geometry import Geometry
 from gi_bake.gi_core.gpu_raster import Raster
 from gi_bake.gi_core.kernels.bilateral import bilateral
 from gi_bake.gi_core.kernels.depth_pyramid import depth_pyramid
+from gi_bake.gi_core.kernels.lpv_arriving import arriving
 from gi_bake.gi_core.kernels.lpv_inject import coefficients, summed
+from gi_bake.gi_core.kernels.lpv_transfer import sharpened
 from gi_bake.gi_core.kernels.lpv_trilinear import trilinear
 from gi_bake.gi_core.kernels.reproject import reproject
 from gi_bake.gi_core.lpv import flat
@@ -42,6 +44,7 @@ from gi_bake.gi_core.ssgi.search import Search, searched
 from gi_bake.gi_core.ssgi.settings import SsgiSettings
 from gi_bake.gi_core.surfels import TILE, camera_rays
 from gi_bake.gi_core.trace import Tracer
+from gi_bake.tests.benchmarks.gpu_gather import gathering
 
 HERE = Path(__file__).resolve().parent
 SAMPLES = HERE.parents[1] / "sample_blends"
@@ -247,6 +250,28 @@ def volume() -> dict[str, Case]:
     }
 
 
+def gathered(gpu: GpuDevice) -> dict[str, Case]:
+    """Gathering from lights, there and back, without rays; interpolation; rays alone."""
+    return {
+        name: Case(lambda device, work=work: lambda: work(device), reads)
+        for name, (work, reads) in gathering(gpu).items()
+    }
+
+
+def straight() -> dict[str, Case]:
+    """The hierarchical volume without rays: from 2000 sources to 4096 cells."""
+    rng = np.random.default_rng(1)
+    middles, centre = rng.random((4096, 3), np.float32), rng.random((2000, 3), np.float32)
+    vector, rest = sharpened(coefficients(rng.random((2000, 3), np.float32), centre))
+    sent = centre, vector, rest, rest.mean(-1) + np.float32(0.1), centre[:, None].repeat(4, 1), 0.0, np.inf, 0.05
+
+    def on(device):
+        there = device.array(middles, 3)
+        return lambda: device.each(lambda part: device.run(arriving, there[part], *sent), 4096, 64)
+
+    return {"LPV, 2000 sources to 4096 cells": Case(on, 5 * 4096 * 2000)}
+
+
 def ceilings(gpu: GpuDevice) -> dict[str, float]:
     """What the device does at most: texels read [1/s], memory moved [B/s], operations [1/s]."""
     values, result = gpu.array(np.ones((ITEMS, 4), np.float32), 4), gpu.empty((ITEMS, 4), 4)
@@ -326,7 +351,7 @@ def main():
     if why_not:
         raise SystemExit(why_not)
     geometry, camera = Geometry(core), replace(core.camera, resolution=tuple(int(n) for n in a.size.split("x")))
-    rows = {**on_screen(geometry, camera), **smooth(geometry, camera), **volume()}
+    rows = {**on_screen(geometry, camera), **smooth(geometry, camera), **volume(), **straight(), **gathered(gpu)}
     most = ceilings(gpu)
     report = {"device": gpu.name, "cores": os.cpu_count(), "scene": a.scene, "size": a.size, "ceilings": most}
     report["kernels"] = {name: timed(case, gpu, a.pairs, most) for name, case in rows.items() if a.only in name}
