@@ -31,7 +31,9 @@ NAMES = sorted(named(vars(m)[name]) for m in MODULES for name in vars(m) if name
 
 RSM = RsmSettings(device="gpu", samples=4, light_samples=1, map_resolution=16, antialias=1)
 LPV = LpvSettings(device="gpu", cells=16, map_resolution=16, light_samples=1, antialias=1)
-SSGI = SsgiSettings(device="gpu", mode="screen_space", samples=2, frames=2, light_samples=1, antialias=1, bounces=2)
+SSGI = SsgiSettings(
+    device="gpu", mode="screen_space", fallback="none", samples=2, frames=2, light_samples=1, antialias=1, bounces=2
+)
 JOBS = [
     Job("rsm", settings=replace(RSM, interpolation=4)),
     Job("rsm", settings=replace(RSM, visibility=False)),
@@ -41,7 +43,7 @@ JOBS = [
     Job("lpv", settings=LPV),
     Job("ssgi", settings=replace(SSGI, full_resolution=False)),
     Job("ssgi", settings=replace(SSGI, tracer="bitmask", steps=4, clamp=2.0)),
-    Job("ssgi", settings=replace(SSGI, feedback="previous")),
+    Job("ssgi", settings=replace(SSGI, feedback="previous", fallback="sky")),
 ]
 
 # Kernels that bakes have as parts of others only.
