@@ -51,7 +51,7 @@ def propagated(
         lights.append(sources(vpls, grid, settings.injection_bias, literal, margin))
     casting = tracer if settings.visibility else None
     # Embree's rays need the processor's threads.
-    device = NUMPY if casting and not tracer.on_card else tracer.device
+    device = NUMPY if tracer is None or (casting and not tracer.on_card) else tracer.device
     found = []
     for k, grid in enumerate(grids):
         out = np.zeros((len(wanted[k]), BANDS**2, 3), np.float32)
