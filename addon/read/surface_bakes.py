@@ -92,7 +92,7 @@ class SurfaceBakes:
         if alike and not differs:
             return alike[b""]
         place = Place.of(entry)
-        own = b"".join({_owner(expression)(place) for expression in expressions if _owner(expression)})
+        own = b"".join(sorted({_owner(expression)(place) for expression in expressions if _owner(expression)}))
         if own not in alike:
             if len(alike) < _OBJECTS:
                 alike[own] = Patch(material.original, expressions, index, slots, place)
