@@ -111,12 +111,12 @@ def stitched(image: np.ndarray, found: Seams, filled: np.ndarray) -> np.ndarray:
     weight[:, 4:] *= -1
     whole = filled.ravel()[index].all(1)
     index, weight = index[whole], weight[whole]
-    if not len(index):
+    lit = image.any((0, 1))
+    if not len(index) or not lit.any():
         return image
     place, index = np.unique(index, return_inverse=True)
     index = index.reshape(-1, 8)
     flat = image.reshape(-1, image.shape[-1])
-    lit = flat.any(0)
     start = flat[place][:, lit].astype(np.float64)
 
     def normal_equations(x: np.ndarray) -> np.ndarray:

@@ -59,3 +59,13 @@ def test_pairs_that_would_look_beyond_the_islands_are_left_out():
     filled[:, 14] = False
     assert np.array_equal(stitched(image, found, filled), image)
     assert disagreement(image, Seams.concatenate([])) == 0
+
+
+def test_layers_without_light_stay_dark_beside_others():
+    image = np.zeros((16, 16, 2), np.float32)
+    found = Seams(np.float32([[3, 8], [3, 10]]), np.float32([[12, 8], [12, 10]]))
+    filled = np.ones((16, 16), bool)
+    assert not stitched(image, found, filled).any()
+    image[:, :8, 1] = 1
+    one = stitched(image, found, filled)
+    assert not one[..., 0].any() and disagreement(one, found) < 0.1 < disagreement(image, found)
