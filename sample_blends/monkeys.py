@@ -17,7 +17,8 @@ from pathlib import Path
 sys.path.extend(str(p) for p in Path(find_spec("bpy").origin).parent.glob("*/python/lib/python3.*/site-packages"))
 
 import bpy
-from gi_bake.addon.bake import Job, bake
+from gi_bake.addon.bake import bake
+from gi_bake.addon.job import Job
 from gi_bake.addon.write.results import export, store
 from gi_bake.addon.write.volumes import light
 from gi_bake.gi_core.lpv import LpvSettings

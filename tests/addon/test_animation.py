@@ -9,8 +9,8 @@ import bpy
 import pytest
 from gi_bake.addon import animation
 from gi_bake.addon.animation import bake_frames
-from gi_bake.addon.bake import Job
 from gi_bake.addon.cli import CANCELLED, DONE, USAGE, main
+from gi_bake.addon.job import Job
 from gi_bake.gi_core import exr, metrics, tiles
 from gi_bake.gi_core.ssgi.settings import SsgiSettings
 

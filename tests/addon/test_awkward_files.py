@@ -5,7 +5,8 @@
 import bpy
 import numpy as np
 import pytest
-from gi_bake.addon.bake import Job, Refused, bake
+from gi_bake.addon.bake import Refused, bake
+from gi_bake.addon.job import Job
 from gi_bake.gi_core.rsm.settings import RsmSettings
 from gi_bake.gi_core.tiles import finish
 from gi_bake.tests.shader_trees import link, material, read_baked, square

@@ -9,9 +9,10 @@ from dataclasses import replace
 import bpy
 import numpy as np
 import pytest
-from gi_bake.addon.bake import Job, bake
+from gi_bake.addon.bake import bake
 from gi_bake.addon.compare import compare, edges, halves
 from gi_bake.addon.compare.fingerprint import fingerprint
+from gi_bake.addon.job import Job
 from gi_bake.addon.write import lightmap_uvs
 from gi_bake.gi_core import exr, metrics, sh, tiles
 from gi_bake.gi_core.lpv.settings import LpvSettings

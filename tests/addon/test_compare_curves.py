@@ -6,9 +6,9 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
-from gi_bake.addon.bake import Job
 from gi_bake.addon.compare import curves
 from gi_bake.addon.compare.plot import log_log
+from gi_bake.addon.job import Job
 from gi_bake.gi_core.lpv.settings import LpvSettings
 from gi_bake.gi_core.rsm.settings import RsmSettings
 

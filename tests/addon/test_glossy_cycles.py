@@ -7,9 +7,10 @@ import math
 import bpy
 import numpy as np
 import pytest
-from gi_bake.addon.bake import Job, bake
+from gi_bake.addon.bake import bake
 from gi_bake.addon.compare import compare
 from gi_bake.addon.compare.reference import camera_reference
+from gi_bake.addon.job import Job
 from gi_bake.addon.read import read_scene
 from gi_bake.gi_core import metrics, tiles
 from gi_bake.gi_core.rsm.settings import RsmSettings

@@ -12,7 +12,8 @@ from pathlib import Path
 import bpy
 import numpy as np
 import pytest
-from gi_bake.addon.bake import Job, bake
+from gi_bake.addon.bake import bake
+from gi_bake.addon.job import Job
 from gi_bake.gi_core import kernels
 from gi_bake.gi_core.device import GpuArray
 from gi_bake.gi_core.lpv.settings import LpvSettings

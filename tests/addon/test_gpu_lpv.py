@@ -7,7 +7,8 @@ from dataclasses import replace
 import bpy
 import numpy as np
 import pytest
-from gi_bake.addon.bake import Job, bake
+from gi_bake.addon.bake import bake
+from gi_bake.addon.job import Job
 from gi_bake.gi_core import metrics, tiles
 from gi_bake.gi_core.bvh import build
 from gi_bake.gi_core.device import NUMPY

@@ -7,7 +7,8 @@ from dataclasses import replace
 import bpy
 import numpy as np
 import pytest
-from gi_bake.addon.bake import Job, bake
+from gi_bake.addon.bake import bake
+from gi_bake.addon.job import Job
 from gi_bake.gi_core.lpv.settings import LpvSettings
 from gi_bake.gi_core.metrics import relmse
 from gi_bake.gi_core.rsm.settings import RsmSettings

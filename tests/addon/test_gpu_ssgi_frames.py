@@ -8,7 +8,8 @@ from dataclasses import replace
 import bpy
 import numpy as np
 import pytest
-from gi_bake.addon.bake import Job, bake
+from gi_bake.addon.bake import bake
+from gi_bake.addon.job import Job
 from gi_bake.addon.read import read_scene
 from gi_bake.gi_core import metrics, ssgi, tiles
 from gi_bake.gi_core.device import NUMPY, GpuArray

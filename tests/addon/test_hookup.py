@@ -7,8 +7,9 @@ import json
 import bpy
 import numpy as np
 import pytest
-from gi_bake.addon.bake import Job, Light, Result
 from gi_bake.addon.compare.reference import camera_reference
+from gi_bake.addon.job import Job
+from gi_bake.addon.result import Light, Result
 from gi_bake.addon.write import hookup, lightmap_uvs
 from gi_bake.addon.write.results import store
 from gi_bake.gi_core.atlas import Page, Place

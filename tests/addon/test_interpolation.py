@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 import bpy
 import numpy as np
-from gi_bake.addon.bake import Job, bake
+from gi_bake.addon.bake import bake
+from gi_bake.addon.job import Job
 from gi_bake.gi_core.rsm.settings import RsmSettings
 from gi_bake.gi_core.tiles import finish
 

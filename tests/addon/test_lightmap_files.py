@@ -8,7 +8,8 @@ from dataclasses import replace
 import bpy
 import numpy as np
 import pytest
-from gi_bake.addon.bake import Job, bake
+from gi_bake.addon.bake import bake
+from gi_bake.addon.job import Job
 from gi_bake.addon.read import read_scene
 from gi_bake.addon.write import hookup
 from gi_bake.addon.write.placement import placement

@@ -6,7 +6,8 @@ import bpy
 import numpy as np
 import pytest
 from gi_bake.addon import layout, preflight
-from gi_bake.addon.bake import Job, bake, missing_uvs, receiving
+from gi_bake.addon.bake import bake, missing_uvs, receiving
+from gi_bake.addon.job import Job
 from gi_bake.addon.read import read_scene
 from gi_bake.addon.write import lightmap_uvs
 from gi_bake.addon.write.results import store

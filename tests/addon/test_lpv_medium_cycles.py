@@ -5,8 +5,9 @@
 import bpy
 import numpy as np
 import pytest
-from gi_bake.addon.bake import Job, bake
+from gi_bake.addon.bake import bake
 from gi_bake.addon.compare.reference import camera_reference
+from gi_bake.addon.job import Job
 from gi_bake.gi_core.lpv import LpvSettings
 from gi_bake.gi_core.settings import SettingError
 from gi_bake.gi_core.tiles import finish

@@ -7,8 +7,9 @@ from dataclasses import replace
 import bpy
 import numpy as np
 import pytest
-from gi_bake.addon.bake import Job, bake
+from gi_bake.addon.bake import bake
 from gi_bake.addon.compare.reference import camera_reference, lightmap_reference
+from gi_bake.addon.job import Job
 from gi_bake.gi_core import surfels
 from gi_bake.gi_core.direct import from_lamps
 from gi_bake.gi_core.geometry import Geometry

@@ -15,9 +15,10 @@ import bpy
 import numpy as np
 import OpenEXR
 import pytest
-from gi_bake.addon.bake import Job, bake
+from gi_bake.addon.bake import bake
 from gi_bake.addon.compare.report import write_report
 from gi_bake.addon.compare.subject import Subject
+from gi_bake.addon.job import Job
 from gi_bake.gi_core import exr, metrics, tiles
 from gi_bake.gi_core.techniques import METHODS
 from gi_bake.tests.references import build

@@ -4,7 +4,8 @@
 
 import bpy
 import numpy as np
-from gi_bake.addon.bake import Job, bake
+from gi_bake.addon.bake import bake
+from gi_bake.addon.job import Job
 from gi_bake.addon.read.box import box_corners
 from gi_bake.gi_core.lpv import LpvSettings
 from gi_bake.gi_core.lpv.grid import box

@@ -7,7 +7,8 @@ from dataclasses import replace
 import bpy
 import numpy as np
 import pytest
-from gi_bake.addon.bake import Job, Refused, bake
+from gi_bake.addon.bake import Refused, bake
+from gi_bake.addon.job import Job
 from gi_bake.addon.write.results import export, store
 from gi_bake.gi_core import exr, metrics, tiles
 from gi_bake.gi_core.settings import SettingError

@@ -6,7 +6,8 @@ import bpy
 import numpy as np
 import pytest
 from gi_bake.addon import preflight
-from gi_bake.addon.bake import Job, bake
+from gi_bake.addon.bake import bake
+from gi_bake.addon.job import Job
 from gi_bake.addon.read import read_scene, surface_bakes, with_bakes
 from gi_bake.addon.read.surface_bakes import SurfaceBakes
 from gi_bake.gi_core.rsm.settings import RsmSettings

@@ -5,9 +5,10 @@
 import bpy
 import numpy as np
 import pytest
-from gi_bake.addon.bake import Job, bake
+from gi_bake.addon.bake import bake
 from gi_bake.addon.compare import compare, reference
 from gi_bake.addon.compare.reference_scene import reference_scene
+from gi_bake.addon.job import Job
 from gi_bake.addon.write.attributes import loops_of
 from gi_bake.gi_core import tiles
 from gi_bake.gi_core.rsm.settings import RsmSettings

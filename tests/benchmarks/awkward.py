@@ -17,7 +17,8 @@ from pathlib import Path
 
 import bpy
 import numpy as np
-from gi_bake.addon.bake import Job, Refused, bake
+from gi_bake.addon.bake import Refused, bake
+from gi_bake.addon.job import Job
 from gi_bake.gi_core.rsm.settings import RsmSettings
 from gi_bake.gi_core.tiles import finish
 

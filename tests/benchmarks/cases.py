@@ -23,10 +23,11 @@ with quiet():
     find_blenders_modules()
     import bpy
     from gi_bake.addon import preflight
-    from gi_bake.addon.bake import Job, Refused, bake
+    from gi_bake.addon.bake import Refused, bake
     from gi_bake.addon.compare import _camera, _objects, _size, comparable, maps
     from gi_bake.addon.compare.curves import CYCLES_SAMPLES, curves
     from gi_bake.addon.compare.halves import truth
+    from gi_bake.addon.job import Job
     from gi_bake.addon.read.images import ImageReader
     from gi_bake.addon.write import lightmap_uvs
 

@@ -20,9 +20,10 @@ from gi_bake.addon.standard_output import quiet
 
 with quiet():
     import bpy
-    from gi_bake.addon.bake import Job, bake
+    from gi_bake.addon.bake import bake
     from gi_bake.addon.compare.edges import smooth
     from gi_bake.addon.compare.reference import camera_reference
+    from gi_bake.addon.job import Job
 
 import numpy as np
 from gi_bake.gi_core import metrics, tiles

@@ -20,8 +20,9 @@ from gi_bake.addon.standard_output import quiet
 
 with quiet():
     import bpy
-    from gi_bake.addon.bake import Job, bake
+    from gi_bake.addon.bake import bake
     from gi_bake.addon.compare.reference import lightmap_reference
+    from gi_bake.addon.job import Job
     from gi_bake.addon.read import read_scene
 
 import numpy as np

@@ -13,7 +13,8 @@ import time
 from pathlib import Path
 
 import bpy
-from gi_bake.addon.bake import ON_MAIN_THREAD, Job, bake
+from gi_bake.addon.bake import ON_MAIN_THREAD, bake
+from gi_bake.addon.job import Job
 from gi_bake.addon.write.results import store
 from gi_bake.gi_core.rsm.settings import RsmSettings
 

@@ -18,8 +18,8 @@ from gi_bake.addon.standard_output import quiet
 
 with quiet():
     import bpy
-    from gi_bake.addon.bake import Job
     from gi_bake.addon.compare.halves import truth
+    from gi_bake.addon.job import Job
 
 from gi_bake.gi_core import exr
 from gi_bake.gi_core.rsm.settings import RsmSettings
