@@ -29,7 +29,7 @@ from ..gi_core.scene import Camera, Mesh, Scene
 from ..gi_core.settings import Settings
 from ..gi_core.techniques import METHODS, Asked
 from ..gi_core.tile_light import TileLight
-from ..gi_core.tiles import finish, named
+from ..gi_core.tiles import named, whole
 from ..gi_core.trace import Tracer
 from . import by_method, gpu_context, layout, lightmap_borders, preflight, rebake, vertex_light
 from .canvases import kept_layers, pixels, put, without_noise
@@ -263,15 +263,9 @@ def _lights(
     return light
 
 
-def missing_uvs(
-    scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, job: Job
-) -> dict[bpy.types.Mesh, np.ndarray]:
-    """Lightmap UVs that a job needs and the file lacks: mesh -> (corners, 2) float32."""
-    return finish(making_uvs(scene, view_layer, job))
-
-
 def making_uvs(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, job: Job) -> Iterator[tuple[str, float]]:
-    """`missing_uvs` in steps: a generator of (stage, fraction of it)."""
+    """Lightmap UVs that a job needs and the file lacks: mesh -> (corners, 2) float32. A generator of (stage, fraction
+    of it)."""
     yield "unwrap", 0.0
     settings = job.settings
     if job.target != "lightmap" or job.uv or settings.unwrap == "never":
@@ -280,6 +274,9 @@ def making_uvs(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, job: Job
         scene, view_layer, job.objects, layout.side(scene, job.resolution, settings), settings.padding,
         settings.density, layout.is_shared(scene, settings),
     ))  # fmt: skip
+
+
+missing_uvs = whole(making_uvs)
 
 
 def _meshes(geometry: Geometry, pages: Sequence[Page]) -> dict[str, tuple[Mesh, np.ndarray]]:

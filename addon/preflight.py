@@ -16,7 +16,7 @@ import numpy as np
 
 from ..gi_core.scene import Camera, Mesh, Scene, Texture
 from ..gi_core.texels import outside, overlap
-from ..gi_core.tiles import finish
+from ..gi_core.tiles import whole
 from . import denoise as denoiser
 from .read import read_scene
 from .read.images import ImageReader, is_there
@@ -53,25 +53,6 @@ def check(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, **job) -> lis
     """
     findings, _ = inspected(scene, view_layer, None, **job)
     return findings
-
-
-def inspected(
-    scene: bpy.types.Scene,
-    view_layer: bpy.types.ViewLayer,
-    images: ImageReader | None,
-    target: str = "image",
-    objects: Sequence[str] = (),
-    uv: str = "",
-    output: str | Path | None = None,
-    denoise: str = "bilateral",
-    glossy: bool = False,
-    bakes: SurfaceBakes | None = None,
-) -> tuple[list[Finding], Scene]:
-    """What stands in the way of a bake of `view_layer` of `scene`, errors first, and the scene as it was read.
-
-    Arguments and errors as for `inspecting`.
-    """
-    return finish(inspecting(scene, view_layer, images, target, objects, uv, output, denoise, glossy, bakes))
 
 
 def inspecting(
@@ -137,6 +118,9 @@ def inspecting(
     if target == "vertices":
         findings.extend(_check_vertices(core, scene, objects))
     return sorted(dict.fromkeys(findings), key=lambda finding: finding.severity), core
+
+
+inspected = whole(inspecting)
 
 
 def no_camera(scene: bpy.types.Scene) -> Finding:

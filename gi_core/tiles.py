@@ -7,6 +7,7 @@ import queue
 import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import CancelledError, ThreadPoolExecutor
+from functools import wraps
 
 # How many cores are used; of the machine, as the cores are, and no setting: results do not depend on it.
 _threads = [os.cpu_count()]
@@ -125,6 +126,16 @@ def named(stage: str, work: Iterator[float]) -> Iterator[tuple[str, float]]:
             yield stage, next(work)
         except StopIteration as stop:
             return stop.value
+
+
+def whole(steps: Callable[..., Iterator]) -> Callable:
+    """A generator function as one that runs to the end and returns its value, for whoever does not wait in between."""
+
+    @wraps(steps)
+    def run(*arguments, **settings):
+        return finish(steps(*arguments, **settings))
+
+    return run
 
 
 def finish(generator: Iterator) -> object:

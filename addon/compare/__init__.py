@@ -13,7 +13,7 @@ import numpy as np
 
 from ...gi_core import exr
 from ...gi_core.atlas import Place
-from ...gi_core.tiles import finish, within
+from ...gi_core.tiles import whole, within
 from ..read.box import box_corners
 from ..result import Result
 from ..write.attributes import loops_of
@@ -44,28 +44,6 @@ class Report:
     subjects: tuple[Subject, ...] = ()
 
 
-def compare(
-    results: Result | dict[str, Result],
-    scene: bpy.types.Scene,
-    view_layer: bpy.types.ViewLayer,
-    samples: int,
-    folder: Path,
-    dark: str = "",
-    curves: bool = False,
-) -> Report:
-    """Renders with Cycles what was baked, at the same bounces, and writes FOLDER/report.html and .json, the reference
-    as EXR, and FOLDER/reference.npz, which saves the next comparison of the same scene the render.
-
-    results: one, or several by the name that each has in the report, of the same target, objects, size and bounces.
-    samples: of Cycles for each pixel, texel or vertex. The scene must be at the frame that was baked; it is left as it
-        was.
-    dark: a box that is to be dark, 'x y z x y z' [m] or an object's name: what light is there is a leak. For camera
-        images. curves: also error over time, of each technique at several budgets and of Cycles; for camera images.
-    Raises RuntimeError where Cycles refuses, ValueError for results that cannot be compared with one another.
-    """
-    return finish(compare_in_steps(results, scene, view_layer, samples, folder, dark, curves))
-
-
 def compare_in_steps(
     results: Result | dict[str, Result],
     scene: bpy.types.Scene,
@@ -74,9 +52,21 @@ def compare_in_steps(
     folder: Path,
     dark: str = "",
     curves: bool = False,
+    go: int = 0,
 ) -> Iterator[tuple[float, str]]:
-    """`compare` in steps: a generator of (fraction, stage). A step after a stage of ON_MAIN_THREAD belongs there, like
-    the first one. Between steps the file is as it was. Raises RuntimeError where the scene is changed meanwhile, too.
+    """Renders with Cycles what was baked, at the same bounces, and writes FOLDER/report.html and .json, the reference
+    as EXR, and FOLDER/reference.npz, which saves the next comparison of the same scene the render. A generator of
+    (fraction, stage); a step after a stage of ON_MAIN_THREAD belongs there, like the first one. Between steps the file
+    is as it was. Returns Report.
+
+    results: one, or several by the name that each has in the report, of the same target, objects, size and bounces.
+    samples: of Cycles for each pixel, texel or vertex. The scene must be at the frame that was baked; it is left as it
+        was.
+    dark: a box that is to be dark, 'x y z x y z' [m] or an object's name: what light is there is a leak. For camera
+        images. curves: also error over time, of each technique at several budgets and of Cycles; for camera images.
+    go: samples of all points that Cycles takes in one step, 0 for all.
+    Raises RuntimeError where Cycles refuses or the scene is changed meanwhile, ValueError for results that cannot be
+    compared with one another.
     """
     results = {results.job.method: results} if isinstance(results, Result) else results
     result = next(iter(results.values()))
@@ -91,7 +81,7 @@ def compare_in_steps(
     box = dark_box(dark, scene) if dark else None
     found = yield from _staged(
         "cycles", 0, _CYCLES,
-        truth_in_steps(scene, view_layer, job, _size(result), maps(result, names), samples, folder),
+        truth_in_steps(scene, view_layer, job, _size(result), maps(result, names), samples, folder, go),
     )  # fmt: skip
     title = f"GI Bake and Cycles: {Path(bpy.data.filepath).stem or scene.name}"
     told = f"{Path(bpy.data.filepath).name}, {scene.name}, frame {scene.frame_current}"
@@ -129,6 +119,9 @@ def compare_in_steps(
     paths = write_report(folder, title, subjects, techniques, reference, about, rows, ratios)
     measured = {label: {s.name: s.measures[label] for s in subjects} for label in results}
     return Report((*paths, *_images(found, folder, layer)), measured, found.seconds, tuple(subjects))
+
+
+compare = whole(compare_in_steps)
 
 
 def _staged(stage: str, begin: float, end: float, work: Iterator[float]) -> Iterator[tuple[float, str]]:

@@ -18,7 +18,7 @@ from pathlib import Path
 import bpy
 import numpy as np
 
-from ...gi_core.tiles import finish, within
+from ...gi_core.tiles import whole, within
 from ..job import Job
 from .fingerprint import fingerprint
 from .reference import camera_passes, lightmap_passes, vertex_passes
@@ -45,26 +45,6 @@ class Truth:
     terms: dict
 
 
-def truth(
-    scene: bpy.types.Scene,
-    view_layer: bpy.types.ViewLayer,
-    job: Job,
-    resolution: tuple[int, int],
-    maps: dict[str, tuple[str, int]],
-    samples: int,
-    folder: Path,
-) -> Truth:
-    """What Cycles makes of a job's target at the scene's current frame, at the job's bounces.
-
-    resolution: (width, height) of the camera image, or of lightmaps. maps: the objects that are baked, and of each the
-        UV map that its lightmap lies on, and the side of the square of texels that is its own.
-    samples: of Cycles for each pixel, texel or vertex, at least 2. folder: FOLDER/reference.npz is taken where it is of
-        the same scene and terms, and is written where it is not.
-    Raises RuntimeError and ValueError where Cycles refuses.
-    """
-    return finish(truth_in_steps(scene, view_layer, job, resolution, maps, samples, folder))
-
-
 def truth_in_steps(
     scene: bpy.types.Scene,
     view_layer: bpy.types.ViewLayer,
@@ -73,10 +53,16 @@ def truth_in_steps(
     maps: dict[str, tuple[str, int]],
     samples: int,
     folder: Path,
+    go: int = 0,
 ) -> Iterator[float]:
-    """`truth` in steps: a generator of progress. Between steps the file is as it was, and may be looked at.
+    """What Cycles makes of a job's target at the scene's current frame, at the job's bounces. A generator of progress;
+    between its steps the file is as it was, and may be looked at. Returns Truth.
 
-    Raises RuntimeError where it was changed between them, too.
+    resolution: (width, height) of the camera image, or of lightmaps. maps: the objects that are baked, and of each the
+        UV map that its lightmap lies on, and the side of the square of texels that is its own.
+    samples: of Cycles for each pixel, texel or vertex, at least 2. folder: FOLDER/reference.npz is taken where it is of
+        the same scene and terms, and is written where it is not. go: as of `camera_passes`.
+    Raises RuntimeError and ValueError where Cycles refuses, and where the scene was changed between steps.
     """
     half = max(1, (samples + 1) // 2)
     terms = {
@@ -94,7 +80,7 @@ def truth_in_steps(
     if found := _read(path, key):
         return Truth(*found, True, terms)
     begin = time.perf_counter()
-    work = [_rendered(scene, view_layer, job, resolution, maps, half, seed) for seed in SEEDS]
+    work = [_rendered(scene, view_layer, job, resolution, maps, half, seed, go) for seed in SEEDS]
     one = yield from within(0, 0.5, work[0])
     other = yield from within(0.5, 1, work[1])
     if fingerprint(scene, view_layer) != seen:
@@ -108,9 +94,12 @@ def truth_in_steps(
     return Truth(*found, False, terms)
 
 
-def _rendered(scene, view_layer, job, resolution, maps, samples, seed) -> Iterator[float]:
+truth = whole(truth_in_steps)
+
+
+def _rendered(scene, view_layer, job, resolution, maps, samples, seed, go) -> Iterator[float]:
     """A generator of progress; returns the light."""
-    terms = {"samples": samples, "bounces": job.settings.bounces, "seed": seed}
+    terms = {"samples": samples, "bounces": job.settings.bounces, "seed": seed, "go": go}
     if job.target == "image":
         antialias = job.settings.antialias > 1
         return (yield from camera_passes(scene, view_layer, resolution=resolution, antialias=antialias, **terms))

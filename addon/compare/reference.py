@@ -10,7 +10,7 @@ import bpy
 import numpy as np
 
 from ...gi_core import exr
-from ...gi_core.tiles import finish, slices
+from ...gi_core.tiles import slices, whole
 from .bake_targets import bake_image, materials_with, vertex_colors
 from .reference_scene import own_camera, reference_scene
 
@@ -19,29 +19,11 @@ PASSES = (
     "environment", "normal", "position", "z",
 )  # fmt: skip
 
-# Samples of all points that Cycles takes in one go, about a second on two cores. Between goes one can cancel.
-_GO = 1 << 20
+# Samples of all points that Cycles takes in about a second on two cores.
+GO = 1 << 20
 
 # Of a pixel's first sample, not the mean of all.
 _OF_FIRST = {"Depth", "Position"}
-
-
-def camera_reference(
-    scene: bpy.types.Scene,
-    view_layer: bpy.types.ViewLayer,
-    samples: int,
-    bounces: int,
-    seed: int,
-    resolution: tuple[int, int] | None = None,
-    antialias: bool = True,
-) -> dict[str, np.ndarray]:
-    """The camera's view at the current frame: Blender 5's pass name -> (h, w, c) float32.
-
-    resolution: (width, height); None takes the scene's. antialias: a pixel is the mean over its square, or else its
-        centre. Depth of field and motion blur are left out.
-    Raises ValueError where the scene has no camera.
-    """
-    return finish(camera_passes(scene, view_layer, samples, bounces, seed, resolution, antialias))
 
 
 def camera_passes(
@@ -52,15 +34,23 @@ def camera_passes(
     seed: int,
     resolution: tuple[int, int] | None = None,
     antialias: bool = True,
+    go: int = 0,
 ) -> Iterator[float]:
-    """`camera_reference` in steps: a generator of progress. Between steps the file is as it was."""
+    """The camera's view at the current frame: Blender 5's pass name -> (h, w, c) float32. A generator of progress;
+    between its steps the file is as it was.
+
+    resolution: (width, height); None takes the scene's. antialias: a pixel is the mean over its square, or else its
+        centre. Depth of field and motion blur are left out.
+    go: samples of all points that Cycles takes at once, for each of which it builds its scene; 0 for all.
+    Raises ValueError where the scene has no camera.
+    """
     if scene.camera is None:
         raise ValueError(f"Scene '{scene.name}' has no camera: add one, or choose one in its properties")
     render = scene.render
     share = render.resolution_percentage / 100
     width, height = resolution or (round(render.resolution_x * share), round(render.resolution_y * share))
     total: dict[str, np.ndarray] = {}
-    goes = _goes(samples, width * height)
+    goes = _goes(samples, width * height, go)
     for go in goes:
         yield go.start / samples
         with reference_scene(scene, view_layer, samples, bounces, seed) as (copy, layer), own_camera(copy):
@@ -96,9 +86,9 @@ def _rendered(copy, layer, resolution, antialias) -> dict[str, np.ndarray]:
         return exr.read_layers(path, layer.name)
 
 
-def _goes(samples: int, points: int) -> list[slice]:
+def _goes(samples: int, points: int, go: int) -> list[slice]:
     """The samples of so many points, cut."""
-    return slices(samples, _GO // max(1, points))
+    return slices(samples, go // max(1, points) if go else samples)
 
 
 def _take(copy: bpy.types.Scene, go: slice) -> None:
@@ -124,27 +114,6 @@ def _color_of(name: str) -> str:
     return f"{kind} Color" if part in {"Direct", "Indirect"} else ""
 
 
-def lightmap_reference(
-    scene: bpy.types.Scene,
-    view_layer: bpy.types.ViewLayer,
-    uv_maps: dict[str, str],
-    resolution: int | dict[str, int],
-    samples: int,
-    bounces: int,
-    seed: int,
-    passes: tuple[str, ...] = ("INDIRECT",),
-) -> dict[str, np.ndarray]:
-    """Lightmaps at the current frame by `object.bake`: object name -> (resolution, resolution, 4) float32.
-
-    uv_maps: object name -> the UV map to bake to. resolution: of all, or of each object.
-    passes: "DIRECT", "INDIRECT" or both.
-    The fourth channel is 1 on texels whose centre a face covers, 0 elsewhere; there is no margin.
-    Raises ValueError for objects that are no mesh of the view layer or lack the UV map, RuntimeError where Cycles
-    refuses.
-    """
-    return finish(lightmap_passes(scene, view_layer, uv_maps, resolution, samples, bounces, seed, passes))
-
-
 def lightmap_passes(
     scene: bpy.types.Scene,
     view_layer: bpy.types.ViewLayer,
@@ -154,8 +123,17 @@ def lightmap_passes(
     bounces: int,
     seed: int,
     passes: tuple[str, ...] = ("INDIRECT",),
+    go: int = 0,
 ) -> Iterator[float]:
-    """`lightmap_reference` in steps: a generator of progress. Between steps the file is as it was."""
+    """Lightmaps at the current frame by `object.bake`: object name -> (resolution, resolution, 4) float32. A generator
+    of progress; between its steps the file is as it was.
+
+    uv_maps: object name -> the UV map to bake to. resolution: of all, or of each object.
+    passes: "DIRECT", "INDIRECT" or both. go: as of `camera_passes`.
+    The fourth channel is 1 on texels whose centre a face covers, 0 elsewhere; there is no margin.
+    Raises ValueError for objects that are no mesh of the view layer or lack the UV map, RuntimeError where Cycles
+    refuses.
+    """
     for obj in _meshes(view_layer, uv_maps):
         if uv_maps[obj.name] not in obj.data.uv_layers:
             raise ValueError(f"Object '{obj.name}' has no UV map '{uv_maps[obj.name]}': unwrap it, or choose another")
@@ -169,25 +147,8 @@ def lightmap_passes(
             return pixels
 
     sides = resolution if isinstance(resolution, dict) else dict.fromkeys(uv_maps, resolution)
-    goes = _goes(samples, max(sides.values(), default=1) ** 2)
+    goes = _goes(samples, max(sides.values(), default=1) ** 2, go)
     return (yield from _each(scene, view_layer, uv_maps, goes, (samples, bounces, seed), baked))
-
-
-def vertex_reference(
-    scene: bpy.types.Scene,
-    view_layer: bpy.types.ViewLayer,
-    names: list[str],
-    samples: int,
-    bounces: int,
-    seed: int,
-    passes: tuple[str, ...] = ("INDIRECT",),
-) -> dict[str, np.ndarray]:
-    """Light at the face corners of objects' own meshes by `object.bake`: object name -> (corners, 3) float32.
-
-    For an attribute of points Blender takes the mean of just these, those inside of walls included.
-    Raises ValueError for objects that are no mesh of the view layer, RuntimeError where Cycles refuses.
-    """
-    return finish(vertex_passes(scene, view_layer, names, samples, bounces, seed, passes))
 
 
 def vertex_passes(
@@ -198,8 +159,15 @@ def vertex_passes(
     bounces: int,
     seed: int,
     passes: tuple[str, ...] = ("INDIRECT",),
+    go: int = 0,
 ) -> Iterator[float]:
-    """`vertex_reference` in steps: a generator of progress. Between steps the file is as it was."""
+    """Light at the face corners of objects' own meshes by `object.bake`: object name -> (corners, 3) float32. A
+    generator of progress; between its steps the file is as it was.
+
+    For an attribute of points Blender takes the mean of just these, those inside of walls included.
+    go: as of `camera_passes`.
+    Raises ValueError for objects that are no mesh of the view layer, RuntimeError where Cycles refuses.
+    """
 
     def baked(copy, layer, obj) -> np.ndarray:
         with vertex_colors(obj.data) as name:
@@ -209,7 +177,7 @@ def vertex_passes(
             return rgba[:, :3].copy()
 
     most = max((len(obj.data.loops) for obj in _meshes(view_layer, names)), default=1)
-    return (yield from _each(scene, view_layer, names, _goes(samples, most), (samples, bounces, seed), baked))
+    return (yield from _each(scene, view_layer, names, _goes(samples, most, go), (samples, bounces, seed), baked))
 
 
 def _each(scene, view_layer, names, goes, terms, baked) -> Iterator[float]:
@@ -228,6 +196,9 @@ def _each(scene, view_layer, names, goes, terms, baked) -> Iterator[float]:
             total = pixels if len(goes) == 1 else total + pixels * np.float32((go.stop - go.start) / samples)
         found[name] = total
     return found
+
+
+camera_reference, lightmap_reference, vertex_reference = map(whole, (camera_passes, lightmap_passes, vertex_passes))
 
 
 def _meshes(view_layer, names):

@@ -10,7 +10,7 @@ from bpy.types import Operator
 
 from .. import asked, baked, preferences, preview
 from ..bake import Refused
-from ..compare import HOLDING, ON_MAIN_THREAD, compare_in_steps
+from ..compare import HOLDING, ON_MAIN_THREAD, compare_in_steps, reference
 from ..preflight import Finding
 from ..sentence import Sentence
 from ..session import session
@@ -92,7 +92,7 @@ class GI_OT_compare(Modal, Operator):
 
 def _compared(result, scene, view_layer, samples, folder):
     """A comparison and the files of its pictures; a generator of (fraction, stage)."""
-    report = yield from compare_in_steps(result, scene, view_layer, samples, folder)
+    report = yield from compare_in_steps(result, scene, view_layer, samples, folder, go=reference.GO)
     return report, baked.layered(report.subjects, folder)
 
 

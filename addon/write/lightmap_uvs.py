@@ -17,7 +17,7 @@ import numpy as np
 from ...gi_core.atlas import expected_sides
 from ...gi_core.scene import LIGHTMAP_UV as NAME
 from ...gi_core.texels import outside, overlap
-from ...gi_core.tiles import finish
+from ...gi_core.tiles import whole
 from .. import layout
 from ..object_options import object_options
 
@@ -73,22 +73,6 @@ def lent(made: dict[bpy.types.Mesh, np.ndarray]) -> Iterator[None]:
                 mesh.uv_layers.remove(mesh.uv_layers[NAME])
 
 
-def unwrapped(
-    scene: bpy.types.Scene,
-    view_layer: bpy.types.ViewLayer,
-    objects: Sequence[str],
-    resolution: int,
-    padding: int,
-    density: float,
-    together: bool,
-) -> dict[bpy.types.Mesh, np.ndarray]:
-    """Lightmap UVs for the meshes that lack them, (corners, 2) float32 each; arguments as for `make`.
-
-    Nothing in the file changes.
-    """
-    return finish(unwrapping(scene, view_layer, objects, resolution, padding, density, together))
-
-
 def unwrapping(
     scene: bpy.types.Scene,
     view_layer: bpy.types.ViewLayer,
@@ -98,8 +82,10 @@ def unwrapping(
     density: float,
     together: bool,
 ) -> Iterator[tuple[str, float]]:
-    """`unwrapped` in steps: a generator of (stage, fraction of it), "unwrap" and "overlaps"; what follows the latter
-    touches nothing of Blender. Between steps the file is as it was.
+    """Lightmap UVs for the meshes that lack them, (corners, 2) float32 each; arguments as for `make`. A generator of
+    (stage, fraction of it), "unwrap" and "overlaps"; what follows the latter touches nothing of Blender.
+
+    Nothing in the file changes.
     """
     users = [
         obj
@@ -129,6 +115,9 @@ def unwrapping(
                 with _workplace() as place, _copy(next(o for o in users if o.data == mesh), place) as copy:
                     uvs[mesh], filled[mesh] = _unwrap(copy, margins[mesh], place)
     return uvs
+
+
+unwrapped = whole(unwrapping)
 
 
 def _lacking(meshes: list[bpy.types.Mesh]) -> Iterator[tuple[str, float]]:

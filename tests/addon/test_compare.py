@@ -44,14 +44,14 @@ def albedo(scene, monkeypatch):
     """Everything reflects a tenth more than it should: first bounces are 10 % too bright."""
     from gi_bake.addon import preflight
 
-    read = preflight.inspected
+    read = preflight.inspecting
 
     def brighter(*arguments, **more):
-        findings, core = read(*arguments, **more)
+        findings, core = yield from read(*arguments, **more)
         materials = tuple(replace(m, albedo=replace(m.albedo, value=m.albedo.value * 1.1)) for m in core.materials)
         return findings, replace(core, materials=materials)
 
-    monkeypatch.setattr(preflight, "inspected", brighter)
+    monkeypatch.setattr(preflight, "inspecting", brighter)
 
 
 def lights(scene, monkeypatch):

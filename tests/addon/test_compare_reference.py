@@ -8,7 +8,6 @@ import math
 import bpy
 import numpy as np
 import pytest
-from gi_bake.addon.compare import reference
 from gi_bake.addon.compare.reference import camera_reference, lightmap_reference, vertex_reference
 
 POWER, ALBEDO = 30.0, 0.6
@@ -259,19 +258,19 @@ def test_same_seed_same_bytes_another_seed_other_noise(corner):
     assert not np.array_equal(bake[0], bake[2])
 
 
-def test_goes_of_a_few_samples_together_are_one_of_all(corner, monkeypatch):
+def test_goes_of_a_few_samples_together_are_one_of_all(corner):
     corner.data.materials[0] = image = diffuse("Checker", (0.8, 0.8, 0.8))
     checker = image.node_tree.nodes.new("ShaderNodeTexChecker")
     image.node_tree.links.new(checker.outputs["Color"], image.node_tree.nodes["Principled BSDF"].inputs["Base Color"])
     arguments = {"samples": 10, "bounces": 1, "seed": 3}
     references = [
-        lambda: camera_reference(bpy.context.scene, layer(), **arguments),
-        lambda: lightmap_reference(bpy.context.scene, layer(), {"Wall": "UVMap"}, 16, **arguments),
-        lambda: vertex_reference(bpy.context.scene, layer(), ["Wall"], **arguments),
+        lambda go: camera_reference(bpy.context.scene, layer(), **arguments, go=go),
+        lambda go: lightmap_reference(bpy.context.scene, layer(), {"Wall": "UVMap"}, 16, **arguments, go=go),
+        lambda go: vertex_reference(bpy.context.scene, layer(), ["Wall"], **arguments, go=go),
     ]
-    whole = [made() for made in references]
-    monkeypatch.setattr(reference, "_GO", 4 * 16 * 16)  # 4, 4 and 2 samples
-    for one, goes in zip(whole, (made() for made in references)):
+    whole = [made(0) for made in references]
+    # 4, 4 and 2 samples.
+    for one, goes in zip(whole, (made(4 * 16 * 16) for made in references)):
         assert one.keys() == goes.keys()
         for name in one:
             assert goes[name] == pytest.approx(one[name], abs=2e-5), name

@@ -57,7 +57,7 @@ def operator(gi):
 @pytest.fixture
 def comparison(gi, tmp_path, monkeypatch):
     """The comparison's operator, after a bake; Cycles takes one sample of each pixel in a go."""
-    monkeypatch.setattr(gi("addon.compare.reference"), "_GO", 24 * 24)
+    monkeypatch.setattr(gi("addon.compare.reference"), "GO", 24 * 24)
     bpy.ops.gi.bake(target="IMAGE")
     made = driven(gi, "compare", "GI_OT_compare")
     made.samples, made.folder = 32, str(tmp_path)
