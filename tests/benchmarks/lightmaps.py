@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Lightmaps of many objects: our bake against Cycles' `object.bake` of the same objects, both denoised alike.
 
-    python tests/benchmarks/lightmaps.py [--scene props] [--resolution 64] [--cycles-samples 4] [--objects 60]
-                                         [--reference 6] [--json FILE]
+    python tests/benchmarks/lightmaps.py [--scene props] [--resolution 64] [--cycles-samples 4] [--samples 4]
+                                         [--interpolation 1] [--objects 60] [--reference 6] [--json FILE]
 
 Cycles goes through the objects one after the other and builds its scene for each. Errors are measured on a few objects
 (--reference of them) against Cycles at 1024 samples. Indirect light, one bounce. Meshes without a UV map get one first,
@@ -77,6 +77,7 @@ def main():
     parser.add_argument("--resolution", type=int, default=64)
     parser.add_argument("--cycles-samples", type=int, default=4)
     parser.add_argument("--samples", type=int, default=4)
+    parser.add_argument("--interpolation", type=int, default=1)
     parser.add_argument("--objects", type=int, default=60)
     parser.add_argument("--reference", type=int, default=6)
     parser.add_argument("--json", type=Path)
@@ -91,7 +92,7 @@ def main():
         names = [obj.name for obj in sorted(objects, key=lambda o: (o.data.name.lower() in ("floor", "wall"), o.name))]
         names = names[: a.objects]
         uv_maps = {name: bpy.data.objects[name].data.uv_layers.active.name for name in names}
-        settings = RsmSettings(samples=a.samples, light="indirect")
+        settings = RsmSettings(samples=a.samples, interpolation=a.interpolation, light="indirect")
 
         begin = time.perf_counter()
         result = tiles.finish(
@@ -119,7 +120,9 @@ def main():
         "objects": len(names),
         "resolution": a.resolution,
         "cores": os.cpu_count(),
-        "GI Bake": {"seconds": our_seconds, **ours, "settings": {"samples": a.samples}},
+        "GI Bake": {
+            "seconds": our_seconds, **ours, "settings": {"samples": a.samples, "interpolation": a.interpolation},
+        },
         "Cycles": {"seconds": cycles_seconds, **theirs, "settings": {"samples": a.cycles_samples}},
         "times faster": cycles_seconds / our_seconds,
     }
