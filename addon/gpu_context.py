@@ -18,6 +18,7 @@ import bpy
 from ..gi_core.device import NUMPY, Device, GpuDevice
 from .gpu_engine import make_context
 from .read.render_depsgraph import own_render_slot
+from .standard_output import quiet
 
 _LOG = logging.getLogger(__name__)
 
@@ -69,7 +70,8 @@ def _may_have_card() -> bool:
 def _gpu() -> GpuDevice:
     """The graphics card, made once: its shaders are kept from bake to bake."""
     if bpy.app.background:
-        with own_render_slot():
+        # Blender tries one version of OpenGL after the other and says of each that the driver has it not.
+        with own_render_slot(), quiet(2):
             make_context()
     return GpuDevice()
 
