@@ -20,7 +20,7 @@ import numpy as np
 
 from ..gi_core import exr, ssgi
 from ..gi_core.geometry import Geometry
-from ..gi_core.tiles import finish
+from ..gi_core.tiles import finish, relayed
 from ..gi_core.trace import Tracer
 from .bake import bake
 from .job import Job
@@ -50,13 +50,9 @@ def bake_frames(
         for k, frame in enumerate(frames[len(kept) :], len(kept)):
             scene.frame_set(frame)
             work = bake(scene, view_layer, job, folder, history=history)
-            while True:
-                try:
-                    fraction, stage = next(work)
-                    yield (k + fraction) / len(frames), f"frame {frame}: {stage}"
-                except StopIteration as stop:
-                    result = stop.value
-                    break
+            result = yield from relayed(
+                work, lambda step, k=k, frame=frame: ((k + step[0]) / len(frames), f"frame {frame}: {step[1]}")
+            )
             history = result.history
             journal.add(frame, result.layers, view_layer.name, history)
     finally:

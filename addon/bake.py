@@ -99,9 +99,10 @@ def bake(
     stages = Stages()
     read = yield from _read(scene, view_layer, job, output, stages)
     job, core, notes = read.job, read.core, read.notes
+    camera = core.camera.at(job.resolution) if job.target == "image" else None
     with stages.time("device"):
-        pixels = int(np.prod(core.camera.at(job.resolution).resolution)) if job.target == "image" else 0
-        spares = gpu_context.spared(job.method, pixels, job.settings.samples)
+        items = int(np.prod(camera.resolution)) if camera else 0
+        spares = gpu_context.spared(job.method, items, job.settings.samples)
         device, why_not = gpu_context.device(job.settings.device, job.settings.memory << 20, spares)
     if why_not:
         notes.append(f"NO_GPU: the graphics card was asked for; the processor computed: {why_not}")
@@ -113,15 +114,14 @@ def bake(
     if job.target == "lightmap":
         yield 0.0, "layout"
         with stages.time("layout"):
-            whole = layout.pages(tracer.geometry, scene, names, job.uv, job.resolution, job.settings)
-        due = yield from stages.announced(rebake.due(scene, core, whole, job.method, job.settings))
+            every = layout.pages(tracer.geometry, scene, names, job.uv, job.resolution, job.settings)
+        due = yield from stages.announced(rebake.due(scene, core, every, job.method, job.settings))
         if job.part_of:
             due = due.of(lambda name: by_method.method_of(scene, job, name) == job.method)
         names = tuple(place.name for page in due.pages for place in page.places)
         yield 0.0, "maps"
     elif job.part_of:
         names = tuple(name for name in names if by_method.method_of(scene, job, name) == job.method)
-    camera = core.camera.at(job.resolution) if job.target == "image" else None
     receivers = _receivers(tracer, job, camera, names, due.pages)
 
     emitted = None
@@ -227,13 +227,13 @@ def _collected(
     margin, unit = _margin(settings, camera)
     cutting = cut(receivers, min((settings.memory << 20) // POINT_BYTES, tracer.device.most), margin, unit)
     items, done = sum(np.prod(tile.shape) for tile in cutting), 0.0
-    begin, whole = between[0], between[1] - between[0]
+    begin, length = between[0], between[1] - between[0]
     kept, reused, estimates = kept_layers(settings, camera), [], []
     for tile in cutting:
         share = float(np.prod(tile.shape) / items)
         light = TileLight(tracer, technique, settings, emitted, job.wants("direct"), camera, share, reused, coarse)
         work = light.on(tile, _shown(preview, tile) if preview else None)
-        found, estimate = yield from stages.follow(work, begin + whole * done, whole * share, light.stages)
+        found, estimate = yield from stages.follow(work, begin + length * done, length * share, light.stages)
         done += share
         estimates.append(estimate)
         for receiver, rows, own in tile.kept():

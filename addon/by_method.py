@@ -13,6 +13,7 @@ import numpy as np
 
 from ..gi_core.settings import Settings
 from ..gi_core.techniques import METHODS
+from ..gi_core.tiles import relayed
 from .job import Job
 from .object_options import SURFACES, object_options
 from .result import Light, Result
@@ -57,14 +58,8 @@ def together(
     """The bake of a job's parts, one after the other. A generator of (fraction, stage); returns a Result."""
     results: list[Result] = []
     for k, part in enumerate(parts):
-        work = run(part)
-        while True:
-            try:
-                fraction, stage = next(work)
-            except StopIteration as stop:
-                results.append(stop.value)
-                break
-            yield (k + fraction) / len(parts), stage
+        result = yield from relayed(run(part), lambda step, k=k: ((k + step[0]) / len(parts), step[1]))
+        results.append(result)
     first, stages = results[0], Counter()
     light: dict[str, Light] = {}
     for result in results:

@@ -14,8 +14,6 @@ from ..gi_core.atlas import Page
 from ..gi_core.receivers import Receiver
 from ..gi_core.seams import Seams, atlas_seams
 from ..gi_core.settings import Settings
-from ..gi_core.surfels import TILE
-from ..gi_core.tiles import slices
 from ..gi_core.trace import Tracer
 from .result import Light
 
@@ -36,7 +34,7 @@ def finished(
         if raw.directional is not None:
             layers.append(raw.directional.reshape(*raw.valid.shape, -1))
         # A sliver of a face at its border, in the wall that it runs into, says nothing of the texel.
-        inside = _inside(tracer, of_page[page.name], dark) | (dark & ~raw.centred)
+        inside = borders.places_inside(tracer, of_page[page.name], dark) | (dark & ~raw.centred)
         cuts = atlas_seams(tracer.geometry, page) if settings.stitch else Seams.concatenate([])
         whole = borders.bordered(np.concatenate(layers, -1), raw.valid, inside, settings.margin, cuts)
         direct, indirect, radiance, more = np.split(whole.image, np.cumsum([n.shape[-1] for n in layers[:3]]), -1)
@@ -56,15 +54,3 @@ def finished(
         before, after = (sum(f[k] * f[2] for f in found.values()) / pairs for k in (0, 1))
         notes.append(f"seams: the two sides disagree by {after:.2%}, before stitching by {before:.2%}")
     return done, notes
-
-
-def _inside(tracer: Tracer, receiver: Receiver, asked: np.ndarray) -> np.ndarray:
-    """Which of the texels asked for lie inside of something: (h, w) bool to the same."""
-    inside = np.zeros(asked.size, bool)
-    rows = np.flatnonzero(asked.any(1))
-    for part in slices(receiver.height, max(1, TILE // receiver.width)) if len(rows) else []:
-        if asked[part].any():
-            points, _ = receiver.points(part)
-            points = points[asked.ravel()[points.place]]
-            inside[points.place[borders.inside(tracer, points)]] = True
-    return inside.reshape(asked.shape)

@@ -12,8 +12,6 @@ import numpy as np
 from ..gi_core import borders
 from ..gi_core.corners import Corners
 from ..gi_core.receivers import Receiver
-from ..gi_core.surfels import TILE
-from ..gi_core.tiles import slices
 from ..gi_core.trace import Tracer
 from .result import Light
 
@@ -30,12 +28,7 @@ def finished(
     for k, receiver in enumerate(receivers):
         yield k / len(receivers)
         raw, corners = light[receiver.name], Corners.of(tracer.geometry, receiver.name)
-        inside = np.zeros(len(raw.valid), bool)
-        dark = borders.dark(raw.direct + raw.indirect, raw.valid)
-        for part in slices(receiver.height, TILE) if dark.any() else ():
-            points, _ = receiver.points(part)
-            points = points[dark[points.place]]
-            inside[points.place[borders.inside(tracer, points)]] = True
+        inside = borders.places_inside(tracer, receiver, borders.dark(raw.direct + raw.indirect, raw.valid))
         hidden += int(inside.sum())
         known = raw.valid & ~inside
         direct, indirect = (corners.filled(values, known) for values in (raw.direct, raw.indirect))

@@ -7,9 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from .dilate import dilate, spread_in
+from .receivers import Receiver
 from .sampling import cosine_hemisphere, hash01
 from .seams import Seams, disagreement, stitched
-from .surfels import Surfels
+from .surfels import TILE, Surfels
+from .tiles import slices
 from .trace import Tracer
 from .vectors import dot
 
@@ -54,6 +56,18 @@ def dark(light: np.ndarray, valid: np.ndarray) -> np.ndarray:
     total = light.sum(-1)
     mean = float(total[valid].mean(dtype=np.float64)) if valid.any() else 0.0
     return valid & (total <= _DARK * mean) if mean > 0 else np.zeros_like(valid)
+
+
+def places_inside(tracer: Tracer, receiver: Receiver, asked: np.ndarray) -> np.ndarray:
+    """Which of a receiver's places that are asked for, bool in their grid or one after the other, lie inside of
+    something: bool to the same."""
+    found, flat = np.zeros(asked.size, bool), asked.ravel()
+    for rows in slices(receiver.height, max(1, TILE // receiver.width)) if flat.any() else ():
+        if flat[rows.start * receiver.width : rows.stop * receiver.width].any():
+            points, _ = receiver.points(rows)
+            points = points[flat[points.place]]
+            found[points.place[inside(tracer, points)]] = True
+    return found.reshape(asked.shape)
 
 
 def inside(tracer: Tracer, points: Surfels, seed: int = 0) -> np.ndarray:

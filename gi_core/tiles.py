@@ -112,20 +112,22 @@ class _Asker:
 
 def within(begin: float, end: float, work: Iterator[float]) -> Iterator[float]:
     """A part's progress as the whole's, which it takes from `begin` to `end`; returns the part's value."""
-    while True:
-        try:
-            yield begin + (end - begin) * next(work)
-        except StopIteration as stop:
-            return stop.value
+    return relayed(work, lambda fraction: begin + (end - begin) * fraction)
 
 
 def named(stage: str, work: Iterator[float]) -> Iterator[tuple[str, float]]:
     """A stage's progress with its name before it; returns the work's value."""
+    return relayed(work, lambda fraction: (stage, fraction))
+
+
+def relayed(work: Iterator, told: Callable[[object], object]) -> Iterator:
+    """Work whose steps are told on in other words, told(step); returns the work's value."""
     while True:
         try:
-            yield stage, next(work)
+            step = next(work)
         except StopIteration as stop:
             return stop.value
+        yield told(step)
 
 
 def whole(steps: Callable[..., Iterator]) -> Callable:

@@ -13,7 +13,7 @@ import numpy as np
 
 from ...gi_core import exr
 from ...gi_core.atlas import Place
-from ...gi_core.tiles import whole, within
+from ...gi_core.tiles import relayed, whole, within
 from ..read.box import box_corners
 from ..result import Result
 from ..write.attributes import loops_of
@@ -126,12 +126,7 @@ compare = whole(compare_in_steps)
 
 def _staged(stage: str, begin: float, end: float, work: Iterator[float]) -> Iterator[tuple[float, str]]:
     """A part's progress as the whole's, with its stage; returns the part's value."""
-    part = within(begin, end, work)
-    while True:
-        try:
-            yield next(part), stage
-        except StopIteration as stop:
-            return stop.value
+    return relayed(within(begin, end, work), lambda fraction: (fraction, stage))
 
 
 def dark_box(text: str, scene: bpy.types.Scene) -> np.ndarray:

@@ -57,11 +57,6 @@ class Search:
         return np.flatnonzero(self.buffer.surface).astype(np.int32)
 
     @cached_property
-    def depths(self) -> np.ndarray:
-        """Depth there: (n,) float32 [m]."""
-        return self.buffer.depth.ravel()[self.places]
-
-    @cached_property
     def place(self) -> np.ndarray:
         """`places` where kernels run."""
         return self.device.array(self.places, 1)
