@@ -140,7 +140,7 @@ def bake(
         alone = replace(job, settings=replace(job.settings, light="indirect"))
         of = _receivers(tracer, job, None, names, [page.coarser(step) for page in due.pages])
         canvases, more = yield from _collected(tracer, alone, emitted, None, of, None, stages, (_MAPS, done))
-        coarse, notes = Coarse(step, canvases), notes + more
+        coarse, notes = Coarse.of(tracer, step, of, canvases), notes + more
     canvases, more = yield from _collected(
         tracer, job, emitted, camera, receivers, preview, stages, (done, 1), coarse
     )

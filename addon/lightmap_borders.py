@@ -29,17 +29,15 @@ def finished(
         yield k / len(pages)
         raw = light[page.name]
         layers = [raw.direct, raw.indirect]
-        dark = borders.dark(np.concatenate(layers, -1), raw.valid)
+        unlit = borders.unlit(tracer, of_page[page.name], np.concatenate(layers, -1), raw.valid, raw.centred)
         layers.append(raw.radiance if raw.radiance is not None else np.zeros((*raw.valid.shape, 0), np.float32))
         if raw.directional is not None:
             layers.append(raw.directional.reshape(*raw.valid.shape, -1))
-        # A sliver of a face at its border, in the wall that it runs into, says nothing of the texel.
-        inside = borders.places_inside(tracer, of_page[page.name], dark) | (dark & ~raw.centred)
         cuts = atlas_seams(tracer.geometry, page) if settings.stitch else Seams.concatenate([])
-        whole = borders.bordered(np.concatenate(layers, -1), raw.valid, inside, settings.margin, cuts)
+        whole = borders.bordered(np.concatenate(layers, -1), raw.valid, unlit, settings.margin, cuts)
         direct, indirect, radiance, more = np.split(whole.image, np.cumsum([n.shape[-1] for n in layers[:3]]), -1)
         done[page.name] = replace(
-            raw, direct=direct, indirect=indirect, centred=raw.centred & ~inside, filled=whole.filled,
+            raw, direct=direct, indirect=indirect, centred=raw.centred & ~unlit, filled=whole.filled,
             radiance=None if raw.radiance is None else radiance,
             directional=None if raw.directional is None else more.reshape(*raw.valid.shape, 4, 3),
         )  # fmt: skip

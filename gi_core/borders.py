@@ -58,6 +58,15 @@ def dark(light: np.ndarray, valid: np.ndarray) -> np.ndarray:
     return valid & (total <= _DARK * mean) if mean > 0 else np.zeros_like(valid)
 
 
+def unlit(
+    tracer: Tracer, receiver: Receiver, light: np.ndarray, valid: np.ndarray, centred: np.ndarray
+) -> np.ndarray:
+    """Texels whose darkness says nothing of the surface around them: they lie inside of something, or are a sliver of a
+    face at its border, in the wall that it runs into. (h, w, c), (h, w) bool twice -> (h, w) bool."""
+    asked = dark(light, valid)
+    return places_inside(tracer, receiver, asked) | (asked & ~centred)
+
+
 def places_inside(tracer: Tracer, receiver: Receiver, asked: np.ndarray) -> np.ndarray:
     """Which of a receiver's places that are asked for, bool in their grid or one after the other, lie inside of
     something: bool to the same."""

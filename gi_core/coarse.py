@@ -6,16 +6,19 @@ Screen-space interpolation (Dachsbacher & Stamminger 2005, §3.3) on the surface
 of `kernels.bilateral_upsample`. What no coarse texel around it shows gathers for itself, as in the paper.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from . import borders
 from .device import Device
+from .dilate import spread_in
 from .filter import pixel_footprint
 from .kernels.bilateral_upsample import bilateral_upsample
 from .receivers import Receiver
 from .surfels import TILE, Surfels
+from .trace import Tracer
 
 # How surely a coarse texel must show a place, see `bilateral_upsample`: within 15 degrees of one of their planes.
 _SURE = 0.25
@@ -31,6 +34,20 @@ class Coarse:
 
     step: int
     layers: dict[str, dict[str, np.ndarray]]
+
+    @staticmethod
+    def of(
+        tracer: Tracer, step: int, receivers: Sequence[Receiver], layers: dict[str, dict[str, np.ndarray]]
+    ) -> "Coarse":
+        """Of what coarse receivers collected, with "Centred" too. Coarse texels whose darkness says nothing of the
+        surface, see `borders.unlit`, take what is around them, as a lightmap's own do."""
+        lit = {}
+        for receiver in receivers:
+            found = layers[receiver.name]
+            light, valid = found["Indirect"], found["Coverage"][..., 0] > 0
+            unlit = borders.unlit(tracer, receiver, light, valid, found["Centred"][..., 0])
+            lit[receiver.name] = {**found, "Indirect": spread_in(light, valid & ~unlit, unlit)}
+        return Coarse(step, lit)
 
     def at(self, device: Device, receiver: Receiver, points: Surfels) -> Iterator[float]:
         """Light at points of a receiver: (n, 3) float32 [W/m²], and whether a coarse texel shows the place, (n,) bool:

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Light at coarse texels, between which a lightmap's texels take theirs."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from gi_bake.gi_core import images
@@ -48,3 +50,29 @@ def test_no_light_crosses_to_another_surface(step):
     here, light, sure = seen(geometry, page, step, lambda points: 1 + points.position[:, [2] * 3])
     assert np.abs(light - 1 - here.position[:, [2] * 3])[sure].max() < 0.01
     assert here.place[~sure].tolist() == [21], "its coarse texel is another's"
+
+
+@pytest.mark.parametrize("step", [2, 4])
+def test_the_foot_of_a_box_does_not_darken_the_floor_beside_it(step):
+    """A solid box stands in a floor of even light; its border lies in the middle of coarse texels."""
+    room = shapes.box(0.47, name="box")
+    solid = replace(room, triangles=room.triangles[:, ::-1].copy(), normals=-room.normals[:, ::-1])
+    tracer = shapes.tracer([shapes.plate(0, 1), solid])
+    page = Page("plate", 64, 64, (Place("plate", "", 0, 0, 64),))
+    coarse, fine = of_page(tracer.geometry, page.coarser(step)), of_page(tracer.geometry, page)
+    points, centred = coarse.points(slice(0, coarse.height))
+    beneath = (np.abs(points.position[:, :2]) < 0.47).all(1)
+    layers = {
+        "Indirect": np.where(beneath, 0, 1)[:, None] * np.ones(3), "Position": points.position,
+        "Normal": points.normal, "Coverage": np.ones((len(points), 1)), "Centred": centred[:, None],
+    }  # fmt: skip
+    shape = (coarse.height, coarse.width)
+    layers = {name: images.spread(values.astype(np.float32), points.place, shape) for name, values in layers.items()}
+    here, _ = fine.points(slice(0, fine.height))
+    known = Coarse.of(tracer, step, [coarse], {"plate": layers | {"Centred": layers["Centred"] > 0}})
+    light, sure = finish(known.at(NUMPY, fine, here))
+    beside = (np.abs(here.position[:, :2]) > 0.47).any(1)
+    assert sure.all() and np.abs(light[beside] - 1).max() < 1e-5
+    # As they are, some would take half of the darkness beneath.
+    dark, _ = finish(Coarse(step, {"plate": layers}).at(NUMPY, fine, here))
+    assert dark[beside].min() < 0.8
