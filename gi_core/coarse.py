@@ -13,7 +13,6 @@ import numpy as np
 
 from . import borders
 from .device import Device
-from .dilate import spread_in
 from .filter import pixel_footprint
 from .kernels.bilateral_upsample import bilateral_upsample
 from .receivers import Receiver
@@ -40,14 +39,14 @@ class Coarse:
         tracer: Tracer, step: int, receivers: Sequence[Receiver], layers: dict[str, dict[str, np.ndarray]]
     ) -> "Coarse":
         """Of what coarse receivers collected, with "Centred" too. Coarse texels whose darkness says nothing of the
-        surface, see `borders.unlit`, take what is around them, as a lightmap's own do."""
-        lit = {}
+        surface around them, see `borders.unlit`, show nothing."""
+        kept = {}
         for receiver in receivers:
             found = layers[receiver.name]
-            light, valid = found["Indirect"], found["Coverage"][..., 0] > 0
-            unlit = borders.unlit(tracer, receiver, light, valid, found["Centred"][..., 0])
-            lit[receiver.name] = {**found, "Indirect": spread_in(light, valid & ~unlit, unlit)}
-        return Coarse(step, lit)
+            valid = found["Coverage"][..., 0] > 0
+            unlit = borders.unlit(tracer, receiver, found["Indirect"], valid, found["Centred"][..., 0])
+            kept[receiver.name] = {**found, "Coverage": (valid & ~unlit)[..., None]}
+        return Coarse(step, kept)
 
     def at(self, device: Device, receiver: Receiver, points: Surfels) -> Iterator[float]:
         """Light at points of a receiver: (n, 3) float32 [W/m²], and whether a coarse texel shows the place, (n,) bool:

@@ -72,7 +72,10 @@ def test_the_foot_of_a_box_does_not_darken_the_floor_beside_it(step):
     known = Coarse.of(tracer, step, [coarse], {"plate": layers | {"Centred": layers["Centred"] > 0}})
     light, sure = finish(known.at(NUMPY, fine, here))
     beside = (np.abs(here.position[:, :2]) > 0.47).any(1)
-    assert sure.all() and np.abs(light[beside] - 1).max() < 1e-5
+    assert np.abs(light[beside & sure] - 1).max() < 1e-5 and sure[beside].mean() > 0.98
+    # What lies beneath is no other's: it gathers for itself, and is found to be inside.
+    deep = (np.abs(here.position[:, :2]) < 0.4).all(1)
+    assert not sure[deep].any()
     # As they are, some would take half of the darkness beneath.
     dark, _ = finish(Coarse(step, {"plate": layers}).at(NUMPY, fine, here))
     assert dark[beside].min() < 0.8
