@@ -140,7 +140,7 @@ def bake(
         alone = replace(job, settings=replace(job.settings, light="indirect"))
         of = _receivers(tracer, job, None, names, [page.coarser(step) for page in due.pages])
         canvases, more = yield from _collected(tracer, alone, emitted, None, of, None, stages, (_MAPS, done))
-        coarse, notes = Coarse.of(tracer, step, of, canvases), notes + more
+        coarse, notes = Coarse(step, canvases), notes + more
     canvases, more = yield from _collected(
         tracer, job, emitted, camera, receivers, preview, stages, (done, 1), coarse
     )
@@ -153,11 +153,11 @@ def bake(
         else:
             light = _lights(job, canvases, receivers, due.pages, views)
     if due.pages:
-        work = lightmap_borders.finished(tracer, receivers, due.pages, light, job.settings)
+        work = lightmap_borders.finished(tracer.geometry, due.pages, light, job.settings)
         light, more = yield from stages.follow(named("borders", work), 1, 0, {})
         notes += more
     elif job.target == "vertices":
-        work = vertex_light.finished(tracer, receivers, light, job.settings.domain == "point")
+        work = vertex_light.finished(tracer.geometry, light, job.settings.domain == "point")
         light, more = yield from stages.follow(named("borders", work), 1, 0, {})
         notes += more
     return Result(

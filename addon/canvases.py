@@ -17,6 +17,7 @@ from . import denoise
 def kept_layers(settings: Settings, camera: Camera | None) -> set[str]:
     """Layers that the result or the denoiser needs: a hundred large lightmaps have no memory to give away."""
     light = {"Lamps", "Around", "Indirect", "Coverage", "Centred"}
+    light |= set() if camera else {"Inside"}
     guides = {"Color", "Normal", "Position"} if camera or settings.denoise == "oidn" else set()
     guides |= {"Normal"} if settings.directional else set()
     guides |= {"Normal", "Position"} if getattr(settings, "interpolation", 1) > 1 else set()

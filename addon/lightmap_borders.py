@@ -11,29 +11,25 @@ import numpy as np
 
 from ..gi_core import borders
 from ..gi_core.atlas import Page
-from ..gi_core.receivers import Receiver
+from ..gi_core.geometry import Geometry
 from ..gi_core.seams import Seams, atlas_seams
 from ..gi_core.settings import Settings
-from ..gi_core.trace import Tracer
 from .result import Light
 
 
-def finished(
-    tracer: Tracer, receivers: list[Receiver], pages: Sequence[Page], light: dict[str, Light], settings: Settings
-) -> Iterator[float]:
+def finished(geometry: Geometry, pages: Sequence[Page], light: dict[str, Light], settings: Settings) -> Iterator[float]:
     """Lightmaps without texels from inside of walls, with islands grown and seams closed. A generator of progress;
     returns the lights by their names, and sentences."""
     done, found, hidden = {}, {}, 0
-    of_page = {receiver.name: receiver for receiver in receivers}
     for k, page in enumerate(pages):
         yield k / len(pages)
         raw = light[page.name]
         layers = [raw.direct, raw.indirect]
-        unlit = borders.unlit(tracer, of_page[page.name], np.concatenate(layers, -1), raw.valid, raw.centred)
+        unlit = borders.unlit(np.concatenate(layers, -1), raw.valid, raw.centred, raw.inside)
         layers.append(raw.radiance if raw.radiance is not None else np.zeros((*raw.valid.shape, 0), np.float32))
         if raw.directional is not None:
             layers.append(raw.directional.reshape(*raw.valid.shape, -1))
-        cuts = atlas_seams(tracer.geometry, page) if settings.stitch else Seams.concatenate([])
+        cuts = atlas_seams(geometry, page) if settings.stitch else Seams.concatenate([])
         whole = borders.bordered(np.concatenate(layers, -1), raw.valid, unlit, settings.margin, cuts)
         direct, indirect, radiance, more = np.split(whole.image, np.cumsum([n.shape[-1] for n in layers[:3]]), -1)
         done[page.name] = replace(

@@ -28,7 +28,8 @@ def coverage_of(receiver: Receiver, views: list[ssgi.View]) -> np.ndarray | None
 def light_of(canvas: dict[str, np.ndarray], shape: tuple[int, ...], coverage: np.ndarray | None) -> Light:
     direct, indirect = (canvas[name].reshape(*shape, 3) / np.float32(np.pi) for name in ("Direct", "Indirect"))
     valid = canvas["Coverage"].reshape(shape) > 0
-    return Light(direct, indirect, valid, canvas["Centred"].reshape(shape), valid, coverage)
+    centred, inside = (canvas[name].reshape(shape) for name in ("Centred", "Inside"))
+    return Light(direct, indirect, valid, centred, valid, coverage, inside=inside)
 
 
 def directional_of(light: dict[str, Light], page: Page, canvas: dict[str, np.ndarray], job: Job) -> Light:

@@ -28,6 +28,7 @@ class Light:
     directional: (h, w, 4, 3) float32, two bands of harmonics (see `gi_core.sh`) whose value at a normal is the light
         that is wanted; radiance: (h, w, 3) float32, what the surface sends out of it, and by itself. None where they
         are not asked for.
+    inside: bool, same shape as valid, what no light reaches inside of something, where known.
     corners: of triangles, where light at vertices comes from, else None. known: (3 t,) bool, those that have light.
     """
 
@@ -39,6 +40,7 @@ class Light:
     coverage: np.ndarray | None = None
     directional: np.ndarray | None = None
     radiance: np.ndarray | None = None
+    inside: np.ndarray | None = None
     corners: Corners | None = None
     known: np.ndarray | None = None
 

@@ -9,31 +9,26 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..gi_core import borders
 from ..gi_core.corners import Corners
-from ..gi_core.receivers import Receiver
-from ..gi_core.trace import Tracer
+from ..gi_core.geometry import Geometry
 from .result import Light
 
 
-def finished(
-    tracer: Tracer, receivers: list[Receiver], light: dict[str, Light], vertices: bool
-) -> Iterator[float]:
+def finished(geometry: Geometry, light: dict[str, Light], vertices: bool) -> Iterator[float]:
     """Light at triangles' corners as it is written. A generator of progress; returns the lights by their names, and
     sentences.
 
     vertices: at vertices, (v, 3), or else at corners, (3 t, 3).
     """
     done, hidden = {}, 0
-    for k, receiver in enumerate(receivers):
-        yield k / len(receivers)
-        raw, corners = light[receiver.name], Corners.of(tracer.geometry, receiver.name)
-        inside = borders.places_inside(tracer, receiver, borders.dark(raw.direct + raw.indirect, raw.valid))
-        hidden += int(inside.sum())
-        known = raw.valid & ~inside
+    for k, (name, raw) in enumerate(light.items()):
+        yield k / len(light)
+        corners = Corners.of(geometry, name)
+        hidden += int(raw.inside.sum())
+        known = raw.valid & ~raw.inside
         direct, indirect = (corners.filled(values, known) for values in (raw.direct, raw.indirect))
         whole = replace(raw, direct=direct, indirect=indirect, centred=known, corners=corners, known=known)
-        done[receiver.name] = _at_vertices(whole) if vertices else whole
+        done[name] = _at_vertices(whole) if vertices else whole
     told = f"inside: {hidden} corners of triangles lie inside of something: filled from around them"
     return done, [told] if hidden else []
 

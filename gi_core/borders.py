@@ -7,11 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from .dilate import dilate, spread_in
-from .receivers import Receiver
 from .sampling import cosine_hemisphere, hash01
 from .seams import Seams, disagreement, stitched
-from .surfels import TILE, Surfels
-from .tiles import slices
+from .surfels import Surfels
 from .trace import Tracer
 from .vectors import dot
 
@@ -58,25 +56,10 @@ def dark(light: np.ndarray, valid: np.ndarray) -> np.ndarray:
     return valid & (total <= _DARK * mean) if mean > 0 else np.zeros_like(valid)
 
 
-def unlit(
-    tracer: Tracer, receiver: Receiver, light: np.ndarray, valid: np.ndarray, centred: np.ndarray
-) -> np.ndarray:
+def unlit(light: np.ndarray, valid: np.ndarray, centred: np.ndarray, inside: np.ndarray) -> np.ndarray:
     """Texels whose darkness says nothing of the surface around them: they lie inside of something, or are a sliver of a
-    face at its border, in the wall that it runs into. (h, w, c), (h, w) bool twice -> (h, w) bool."""
-    asked = dark(light, valid)
-    return places_inside(tracer, receiver, asked) | (asked & ~centred)
-
-
-def places_inside(tracer: Tracer, receiver: Receiver, asked: np.ndarray) -> np.ndarray:
-    """Which of a receiver's places that are asked for, bool in their grid or one after the other, lie inside of
-    something: bool to the same."""
-    found, flat = np.zeros(asked.size, bool), asked.ravel()
-    for rows in slices(receiver.height, max(1, TILE // receiver.width)) if flat.any() else ():
-        if flat[rows.start * receiver.width : rows.stop * receiver.width].any():
-            points, _ = receiver.points(rows)
-            points = points[flat[points.place]]
-            found[points.place[inside(tracer, points)]] = True
-    return found.reshape(asked.shape)
+    face at its border, in the wall that it runs into. (h, w, c), (h, w) bool three times -> (h, w) bool."""
+    return inside | (dark(light, valid) & ~centred)
 
 
 def inside(tracer: Tracer, points: Surfels, seed: int = 0) -> np.ndarray:

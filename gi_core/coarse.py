@@ -6,7 +6,7 @@ Screen-space interpolation (Dachsbacher & Stamminger 2005, §3.3) on the surface
 of `kernels.bilateral_upsample`. What no coarse texel around it shows gathers for itself, as in the paper.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,10 +17,12 @@ from .filter import pixel_footprint
 from .kernels.bilateral_upsample import bilateral_upsample
 from .receivers import Receiver
 from .surfels import TILE, Surfels
-from .trace import Tracer
 
 # How surely a coarse texel must show a place, see `bilateral_upsample`: within 15 degrees of one of their planes.
 _SURE = 0.25
+
+# The coarse texels around a place.
+_CORNERS = (0, 0), (1, 0), (0, 1), (1, 1)
 
 
 @dataclass(frozen=True)
@@ -28,32 +30,22 @@ class Coarse:
     """Light at coarse texels.
 
     step: texels along the side of a coarse one. layers: by receiver, images of coarse texels (h, w, c) float32:
-        "Indirect" [W/m²], "Position", "Normal", and "Coverage", 0 where there is no surface.
+        "Indirect" [W/m²], "Position", "Normal", "Coverage", 0 where there is no surface; and bool: "Centred", "Inside",
+        see `TileLight.on`.
     """
 
     step: int
     layers: dict[str, dict[str, np.ndarray]]
 
-    @staticmethod
-    def of(
-        tracer: Tracer, step: int, receivers: Sequence[Receiver], layers: dict[str, dict[str, np.ndarray]]
-    ) -> "Coarse":
-        """Of what coarse receivers collected, with "Centred" too. Coarse texels whose darkness says nothing of the
-        surface around them, see `borders.unlit`, show nothing."""
-        kept = {}
-        for receiver in receivers:
-            found = layers[receiver.name]
-            valid = found["Coverage"][..., 0] > 0
-            unlit = borders.unlit(tracer, receiver, found["Indirect"], valid, found["Centred"][..., 0])
-            kept[receiver.name] = {**found, "Coverage": (valid & ~unlit)[..., None]}
-        return Coarse(step, kept)
-
     def at(self, device: Device, receiver: Receiver, points: Surfels) -> Iterator[float]:
-        """Light at points of a receiver: (n, 3) float32 [W/m²], and whether a coarse texel shows the place, (n,) bool:
-        a generator of progress that returns both."""
+        """Light at points of a receiver: (n, 3) float32 [W/m²], and whether it is known, (n,) bool: a coarse texel
+        shows the place, or all four around it lie inside of something, where no light is. A generator of progress that
+        returns both."""
         layers = self.layers[receiver.name]
         position, normal = layers["Position"], layers["Normal"]
-        there = layers["Coverage"][..., 0] > 0
+        surface, centred, inside = (layers[name][..., 0] > 0 for name in ("Coverage", "Centred", "Inside"))
+        # Coarse texels whose darkness says nothing of the surface around them show nothing.
+        there = surface & ~borders.unlit(layers["Indirect"], surface, centred, inside)
         span = pixel_footprint(position, normal)[there]
         row, column = np.divmod(points.place, receiver.width)
         at = (np.stack([column, row], -1) + 0.5) / self.step - 0.5
@@ -66,4 +58,9 @@ class Coarse:
             return device.run(bilateral_upsample, *(a[part] for a in here), *coarse)
 
         light, shown = yield from device.each(work, len(points), TILE)
-        return device.numpy(light), device.numpy(shown) > _SURE
+        light, sure = device.numpy(light), device.numpy(shown) > _SURE
+        x, y = np.floor(at).astype(int).T
+        height, width = inside.shape
+        around = [inside[np.clip(y + j, 0, height - 1), np.clip(x + i, 0, width - 1)] for i, j in _CORNERS]
+        deep = np.logical_and.reduce(around)
+        return np.where(deep[:, None], 0, light), sure | deep

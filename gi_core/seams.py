@@ -26,8 +26,9 @@ _DENSITY = 2.0
 # Cosine between normals up to which the surface counts as smooth: 8 degrees. Light has an edge where the surface has.
 _SMOOTH = 0.99
 
-# Steps of conjugate gradients, and the share of the first error at which they end.
-_STEPS, _ENOUGH = 100, 1e-3
+# Steps of conjugate gradients, how far the sides may disagree where they end, see `disagreement`, and how often they
+# are taken up again, because light that may not fall below nothing was brought back.
+_STEPS, _ENOUGH, _ROUNDS = 200, 5e-3, 3
 
 
 @dataclass(frozen=True)
@@ -54,9 +55,7 @@ def seams(mesh: Mesh, texels: np.ndarray) -> Seams:
     none = np.zeros((0, 2), np.float32)
     if not len(mesh.triangles):
         return Seams(none, none)
-    extent = np.ptp(mesh.vertices, axis=0).max() or 1.0
-    _, vertex = np.unique(np.round(mesh.vertices / (extent * 1e-6)).astype(np.int64), axis=0, return_inverse=True)
-    corner = vertex.reshape(-1)[mesh.triangles]
+    corner = _merged(mesh.vertices)[mesh.triangles]
     # The three edges of each triangle, from the lower vertex to the higher.
     begin, end = corner.ravel(), np.roll(corner, -1, 1).ravel()
     uv = np.stack([texels.reshape(-1, 2), np.roll(texels, -1, 1).reshape(-1, 2)], 1).astype(np.float64)
@@ -78,6 +77,14 @@ def seams(mesh: Mesh, texels: np.ndarray) -> Seams:
     t = ((step + 0.5) / pairs[edge])[:, None]
     first, second = ((1 - t) * e[edge, 0] + t * e[edge, 1] for e in (a, b))
     return Seams(first.astype(np.float32), second.astype(np.float32))
+
+
+def _merged(vertices: np.ndarray) -> np.ndarray:
+    """A number for each vertex, the same for those at one place, within 1e-6 of the mesh: (v, 3) -> (v,) int64."""
+    low, extent = vertices.min(0), np.ptp(vertices, axis=0).max() or 1.0
+    grid = np.round((vertices - low) / (extent * 1e-6)).astype(np.int64)
+    _, number = np.unique(grid @ (1 << np.array([0, 20, 40])), return_inverse=True)
+    return number
 
 
 def atlas_seams(geometry: Geometry, page: Page) -> Seams:
@@ -117,37 +124,51 @@ def stitched(image: np.ndarray, found: Seams, filled: np.ndarray) -> np.ndarray:
     place, index = np.unique(index, return_inverse=True)
     index = index.reshape(-1, 8)
     flat = image.reshape(-1, image.shape[-1])
-    start = flat[place][:, lit].astype(np.float64)
+    values = flat[place][:, lit].astype(np.float64)
+    # What has a sign may keep it, light stays light.
+    least = np.minimum(flat[:, lit].min(0), 0)
+    for _ in range(_ROUNDS):
+        values = np.maximum(_agreeing(values, index, weight), least)
+    out = flat.copy()
+    out[np.ix_(place, lit)] = values
+    return out.reshape(image.shape)
 
-    def normal_equations(x: np.ndarray) -> np.ndarray:
-        """AᵀA x: (m, c) to the same."""
-        gap = np.einsum("nk,nkc->nc", weight, x[index])
-        return np.stack(
-            [np.bincount(index.ravel(), (weight * g[:, None]).ravel(), len(place)) for g in gap.T], -1
-        )  # fmt: skip
+
+def _agreeing(start: np.ndarray, index: np.ndarray, weight: np.ndarray) -> np.ndarray:
+    """Texels at which the sides of all pairs agree: (m, c) float64 to the same.
+
+    index, weight: (n, 8), of each pair's texels, negative for the second side's.
+    """
+
+    def gap(x: np.ndarray) -> np.ndarray:
+        """A x, by how much the sides of each pair differ: (m, c) -> (n, c)."""
+        return np.einsum("nk,nkc->nc", weight, x[index])
+
+    def onto(gap: np.ndarray) -> np.ndarray:
+        """Aᵀ of it: (n, c) -> (m, c)."""
+        return np.stack([np.bincount(index.ravel(), (weight * g[:, None]).ravel(), len(start)) for g in gap.T], -1)
 
     # Preconditioned by the diagonal: texels that many pairs look at, and those that hardly any does, alike.
-    scale = 1 / (np.bincount(index.ravel(), (weight * weight).ravel(), len(place)) + _OWN)[:, None]
-    change = np.zeros_like(start)
-    rest = -normal_equations(start)
+    scale = 1 / (np.bincount(index.ravel(), (weight * weight).ravel(), len(start)) + _OWN)[:, None]
+    change, apart = np.zeros_like(start), gap(start)
+    enough = _ENOUGH / 2 * np.abs(np.einsum("nk,nkc->nc", np.abs(weight), start[index])).sum()
+    rest = -onto(apart)
     direction = scale * rest
     square = (rest * direction).sum(0)
-    enough = square * _ENOUGH**2
     for _ in range(_STEPS):
-        if (square <= enough).all():
+        if np.abs(apart).sum() <= enough:
             break
-        product = normal_equations(direction) + _OWN * direction
+        along_gap = gap(direction)
+        product = onto(along_gap) + _OWN * direction
         along = (direction * product).sum(0)
         step = np.divide(square, along, out=np.zeros_like(square), where=along > 0)
         change += step * direction
+        apart += step * along_gap
         rest -= step * product
         before, square = square, (rest * scale * rest).sum(0)
         share = np.divide(square, before, out=np.zeros_like(square), where=before > 0)
         direction = scale * rest + share * direction
-    out = flat.copy()
-    # What has a sign may keep it, light stays light.
-    out[np.ix_(place, lit)] = np.maximum(start + change, np.minimum(flat[:, lit].min(0), 0))
-    return out.reshape(image.shape)
+    return start + change
 
 
 def _bilinear(shape: tuple[int, int], points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from . import images, tiles
+from . import borders, images, tiles
 from .coarse import Coarse
 from .direct import surroundings
 from .receivers import Tile
@@ -62,7 +62,8 @@ class TileLight:
 
     def on(self, tile: Tile, seen: Callable[[dict[str, np.ndarray]], None] | None = None) -> Iterator:
         """Works a tile out. A generator of (stage, its share); returns layers (h, w, c), see `images.resolved`, with
-        light "Lamps", "Around" and "Indirect" [W/m²] and "Centred"; and the Estimate of the latter two.
+        light "Lamps", "Around" and "Indirect" [W/m²], bool "Centred", whether the surface covers the texel's middle,
+        and but for a camera "Inside", what no light reaches inside of something; and the Estimate of the latter two.
 
         seen: is shown the layers "Around" and "Indirect" after each pass.
         """
@@ -82,10 +83,13 @@ class TileLight:
 
         estimate = yield from named("gather", self._gathered(points, place, tile, show if seen else None))
         values = estimate.values
+        inside = None if self.camera else self._inside(points, direct + values.sum(1))
         if settings.denoise == "bilateral" and tile.bands[0].receiver.is_image:
             values = yield from named("denoise", self._smoothed(estimate, points, place, tile))
         found = layers({"Lamps": direct, "Around": values[:, 0], "Indirect": values[:, 1]})
         found["Centred"] = images.spread(centred[:, None], place, shape)[::subpixels, ::subpixels]
+        if inside is not None:
+            found["Inside"] = images.spread(inside[:, None], place, shape)
         if self.camera:
             band = tile.bands[0]
             found["Sky"] = images.sky(self.tracer.geometry.scene.environment, self.camera, subpixels, band.rows, place)
@@ -94,6 +98,12 @@ class TileLight:
         if self._has_medium:
             found |= yield from named("medium", self._medium(tile))
         return found, estimate
+
+    def _inside(self, points: Surfels, light: np.ndarray) -> np.ndarray:
+        """Which points that get no light lie inside of something: (n,) bool. light: (n, 3)."""
+        inside = ~light.any(-1)
+        inside[inside] = borders.inside(self.tracer, points[inside])
+        return inside
 
     @property
     def _has_medium(self) -> bool:

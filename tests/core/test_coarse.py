@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from gi_bake.gi_core import images
+from gi_bake.gi_core import borders, images
 from gi_bake.gi_core.atlas import Page, Place
 from gi_bake.gi_core.coarse import Coarse
 from gi_bake.gi_core.device import NUMPY
@@ -20,7 +20,8 @@ def seen(geometry, page, step, light):
     coarse = of_page(geometry, page.coarser(step))
     points, _ = coarse.points(slice(0, coarse.height))
     layers = {"Indirect": light(points), "Position": points.position, "Normal": points.normal}
-    layers["Coverage"] = np.ones((len(points), 1), np.float32)
+    layers |= {"Coverage": np.ones((len(points), 1)), "Centred": np.ones((len(points), 1))}
+    layers["Inside"] = np.zeros((len(points), 1))
     shape = (coarse.height, coarse.width)
     layers = {name: images.spread(values, points.place, shape) for name, values in layers.items()}
     fine = of_page(geometry, page)
@@ -65,17 +66,18 @@ def test_the_foot_of_a_box_does_not_darken_the_floor_beside_it(step):
     layers = {
         "Indirect": np.where(beneath, 0, 1)[:, None] * np.ones(3), "Position": points.position,
         "Normal": points.normal, "Coverage": np.ones((len(points), 1)), "Centred": centred[:, None],
+        "Inside": borders.inside(tracer, points)[:, None],
     }  # fmt: skip
     shape = (coarse.height, coarse.width)
     layers = {name: images.spread(values.astype(np.float32), points.place, shape) for name, values in layers.items()}
     here, _ = fine.points(slice(0, fine.height))
-    known = Coarse.of(tracer, step, [coarse], {"plate": layers | {"Centred": layers["Centred"] > 0}})
-    light, sure = finish(known.at(NUMPY, fine, here))
+    light, sure = finish(Coarse(step, {"plate": layers}).at(NUMPY, fine, here))
     beside = (np.abs(here.position[:, :2]) > 0.47).any(1)
     assert np.abs(light[beside & sure] - 1).max() < 1e-5 and sure[beside].mean() > 0.98
-    # What lies beneath is no other's: it gathers for itself, and is found to be inside.
+    # What lies beneath stays dark.
     deep = (np.abs(here.position[:, :2]) < 0.4).all(1)
-    assert not sure[deep].any()
-    # As they are, some would take half of the darkness beneath.
+    assert sure[deep].all() and not light[deep].any()
+    # Did nothing tell where coarse texels lie, some would take half of the darkness beneath.
+    layers |= {"Inside": layers["Inside"] * 0, "Centred": np.ones_like(layers["Centred"])}
     dark, _ = finish(Coarse(step, {"plate": layers}).at(NUMPY, fine, here))
     assert dark[beside].min() < 0.8
