@@ -22,6 +22,7 @@ from .environment import parted
 from .geometry import Geometry
 from .gpu_raster import Raster, raster_of
 from .gpu_rays import GpuRays, gpu_rays
+from .kernels.rays import placed
 from .raster import Grid
 from .sampling import hash01
 from .vectors import dot, length, offset
@@ -133,15 +134,29 @@ class Tracer:
         """
         far = np.full(len(origins), far, np.float32)
         if solid is None and self.on_card:
-            return Hits(*self.on_card.closest(origins, directions, far, self._until(origins, directions)))
+            hits = Hits(*self.on_card.closest(origins, directions, far, self._until(origins, directions)))
+            return self._placed(origins, directions, hits)
         hits = self._solid.closest(origins, directions, far) if solid is None else solid
-        if not self._veiled:
-            return hits
-        _, nearer = self._through(origins, directions, hits.distance, _ended(origins, directions))
-        first = nearer.triangle >= 0
-        return Hits(*(np.where(first if a.ndim == 1 else first[:, None], a, b)
-                      for a, b in ((nearer.triangle, hits.triangle), (nearer.weights, hits.weights),
-                                   (nearer.distance, hits.distance))))  # fmt: skip
+        if self._veiled:
+            _, nearer = self._through(origins, directions, hits.distance, _ended(origins, directions))
+            first = nearer.triangle >= 0
+            hits = Hits(*(np.where(first if a.ndim == 1 else first[:, None], a, b)
+                          for a, b in ((nearer.triangle, hits.triangle), (nearer.weights, hits.weights),
+                                       (nearer.distance, hits.distance))))  # fmt: skip
+        return self._placed(origins, directions, hits)
+
+    def _placed(self, origins: np.ndarray, directions: np.ndarray, hits: Hits) -> Hits:
+        """Hits with where rays meet their triangles worked out here: Embree and cards round in their own ways, and what
+        is drawn from the places, lights of the next bounce or whether an alpha ends a ray, would be another draw."""
+        row = np.flatnonzero(hits.triangle >= 0)
+        corners = self.geometry.triangles[hits.triangle[row]].T
+        at, along = origins[row], directions[row]
+        distance, u, v = placed(*(self.geometry.vertices[corner] - at for corner in corners), along)
+        sure = np.isfinite(distance) & np.isfinite(u) & np.isfinite(v)
+        row, u, v = row[sure], u[sure], v[sure]
+        weights, far = np.array(hits.weights), np.array(hits.distance)
+        weights[row], far[row] = np.stack([1 - u - v, u, v], -1), distance[sure]
+        return Hits(hits.triangle, weights, far)
 
     def occluded(self, origins: np.ndarray, directions: np.ndarray, far: np.ndarray) -> np.ndarray:
         """Whether anything stops the ray between the origin and the far distance: (n, 3), (n, 3), (n,) -> (n,) bool."""
