@@ -29,6 +29,12 @@ from .vectors import dot, length, offset
 
 FAR = np.float32(1e30)
 
+# A ray is at an edge where the opposite corner has less weight.
+_EDGE = np.float32(1e-5)
+
+# From a ray's direction to one beside it: some tens of what rounding does, askew to what surfaces are built along.
+_BESIDE = np.float32([2.3e-6, -1.1e-6, 1.7e-6])
+
 # Surfaces with an alpha that a ray goes through at the most, should it ever meet the same one again and again.
 _LAYERS = 256
 
@@ -68,9 +74,10 @@ class _Triangles:
         n = len(origins)
         if self.empty or not n:
             return Hits(np.full(n, -1, np.int32), np.zeros((n, 3), np.float32), np.asarray(far, np.float32))
+        # Embree writes into the distances that it is given.
         r = self._scene.run(
             np.ascontiguousarray(origins, np.float32), np.ascontiguousarray(directions, np.float32),
-            dists=np.ascontiguousarray(far, np.float32), query="INTERSECT", output=True,
+            dists=np.array(far, np.float32), query="INTERSECT", output=True,
         )  # fmt: skip
         triangle = r["primID"]
         if self._index is not None:
@@ -130,33 +137,53 @@ class Tracer:
     ) -> Hits:
         """The nearest hit of each ray, no further than far [m]: (n, 3), (n, 3) unit directions -> Hits.
 
+        What was found is said in one arithmetic, since Embree and cards round in their own ways: lights of the next
+        bounce, or whether an alpha ends a ray, are drawn from where rays end, and would be other draws.
+
         solid: those of the surfaces without an alpha, up to far, where they are known.
         """
-        far = np.full(len(origins), far, np.float32)
-        if solid is None and self.on_card:
-            hits = Hits(*self.on_card.closest(origins, directions, far, self._until(origins, directions)))
-            return self._placed(origins, directions, hits)
-        hits = self._solid.closest(origins, directions, far) if solid is None else solid
-        if self._veiled:
-            _, nearer = self._through(origins, directions, hits.distance, _ended(origins, directions))
-            first = nearer.triangle >= 0
-            hits = Hits(*(np.where(first if a.ndim == 1 else first[:, None], a, b)
-                          for a, b in ((nearer.triangle, hits.triangle), (nearer.weights, hits.weights),
-                                       (nearer.distance, hits.distance))))  # fmt: skip
-        return self._placed(origins, directions, hits)
+        far, until = np.full(len(origins), far, np.float32), self._until(origins, directions)
+        hits, _ = self._placed(origins, directions, self._found(origins, directions, far, until, solid))
+        # Of the triangles at an edge it is the one that a ray beside meets.
+        low = np.minimum(np.minimum(hits.weights[:, 0], hits.weights[:, 1]), hits.weights[:, 2])
+        edge = np.flatnonzero((low < _EDGE) & (hits.triangle >= 0))
+        if len(edge):
+            at, along = origins[edge], directions[edge]
+            beside = self._found(at, along + _BESIDE, far[edge], until[edge])
+            beside, meets = self._placed(at, along, beside)
+            row = edge[meets]
+            hits.triangle[row], hits.weights[row] = beside.triangle[meets], beside.weights[meets]
+            hits.distance[row] = beside.distance[meets]
+        return hits
 
-    def _placed(self, origins: np.ndarray, directions: np.ndarray, hits: Hits) -> Hits:
-        """Hits with where rays meet their triangles worked out here: Embree and cards round in their own ways, and what
-        is drawn from the places, lights of the next bounce or whether an alpha ends a ray, would be another draw."""
+    def _found(self, origins, directions, far, until, solid: Hits | None = None) -> Hits:
+        """The nearest hits, as who finds them has them. until: what may be left of rays where they end, (n,)."""
+        if solid is None and self.on_card:
+            return Hits(*self.on_card.closest(origins, directions, far, until))
+        hits = self._solid.closest(origins, directions, far) if solid is None else solid
+        if not self._veiled:
+            return hits
+        _, nearer = self._through(origins, directions, hits.distance, until)
+        first = nearer.triangle >= 0
+        return Hits(*(np.where(first if a.ndim == 1 else first[:, None], a, b)
+                      for a, b in ((nearer.triangle, hits.triangle), (nearer.weights, hits.weights),
+                                   (nearer.distance, hits.distance))))  # fmt: skip
+
+    def _placed(self, origins: np.ndarray, directions: np.ndarray, hits: Hits) -> tuple[Hits, np.ndarray]:
+        """Hits with where rays meet their triangles worked out anew, and which rays do meet them, but for rounding."""
         row = np.flatnonzero(hits.triangle >= 0)
-        corners = self.geometry.triangles[hits.triangle[row]].T
         at, along = origins[row], directions[row]
-        distance, u, v = placed(*(self.geometry.vertices[corner] - at for corner in corners), along)
+        corners = (self.geometry.vertices[corner] - at for corner in self.geometry.triangles[hits.triangle[row]].T)
+        distance, u, v = placed(*corners, along)
         sure = np.isfinite(distance) & np.isfinite(u) & np.isfinite(v)
         row, u, v = row[sure], u[sure], v[sure]
-        weights, far = np.array(hits.weights), np.array(hits.distance)
+        meets = np.zeros(len(origins), bool)
+        meets[row] = np.minimum(np.minimum(u, v), 1 - u - v) > -_EDGE
+        u = np.clip(u, 0, 1)
+        v = np.clip(v, 0, 1 - u)
+        triangle, weights, far = np.array(hits.triangle), np.array(hits.weights), np.array(hits.distance)
         weights[row], far[row] = np.stack([1 - u - v, u, v], -1), distance[sure]
-        return Hits(hits.triangle, weights, far)
+        return Hits(triangle, weights, far), meets
 
     def occluded(self, origins: np.ndarray, directions: np.ndarray, far: np.ndarray) -> np.ndarray:
         """Whether anything stops the ray between the origin and the far distance: (n, 3), (n, 3), (n,) -> (n,) bool."""

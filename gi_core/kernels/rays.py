@@ -94,12 +94,10 @@ def met(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> tuple[np.
 
 
 def placed(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The same of rays that are known to meet the triangles, by whatever arithmetic: not finite where the plane is
-    seen edge-on."""
+    """Where they meet the planes of triangles, as `met`: not finite where a plane is seen edge-on."""
     u, v, _, total = _products(a, b, c, d)
     with np.errstate(divide="ignore", invalid="ignore"):
-        u = np.clip(u / total, 0, 1)
-        return _distance(a, b, c, d)[0], u, np.clip(v / total, 0, 1 - u)
+        return _distance(a, b, c, d)[0], u / total, v / total
 
 
 def _products(a, b, c, d):
