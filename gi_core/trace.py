@@ -9,7 +9,7 @@ what both find is the same but for rounding.
 
 import threading
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -22,10 +22,10 @@ from .environment import parted
 from .geometry import Geometry
 from .gpu_raster import Raster, raster_of
 from .gpu_rays import GpuRays, gpu_rays
-from .kernels.rays import placed
+from .kernels.rays import near_of, past, placed
 from .raster import Grid
 from .sampling import hash01
-from .vectors import dot, length, offset
+from .vectors import length
 
 FAR = np.float32(1e30)
 
@@ -218,24 +218,29 @@ class Tracer:
         Returns what is left at the end (n,) and the Hits where that was reached.
         """
         n, geometry = len(origins), self.geometry
-        left, start, gone = np.ones(n, np.float32), np.array(origins, np.float32), np.zeros(n, np.float32)
+        left, beyond = np.ones(n, np.float32), np.full(n, -1, np.float32)
         triangle, weights, distance = np.full(n, -1, np.int32), np.zeros((n, 3), np.float32), np.array(far, np.float32)
-        alive = np.arange(n)
+        nearby = near_of(origins)
+        gone, alive = np.zeros(n, np.float32), np.arange(n)
         for _ in range(_LAYERS):
-            hits = self._clear.closest(start[alive], directions[alive], far[alive] - gone[alive])
+            start = origins[alive] + gone[alive, None] * directions[alive]
+            hits = self._clear.closest(start, directions[alive], far[alive] - gone[alive])
             met = hits.triangle >= 0
-            alive, here, at, passed = alive[met], hits.triangle[met], hits.weights[met], hits.distance[met]
+            row, hits = alive[met], hits[met]
+            hits, _ = self._placed(origins[row], directions[row], replace(hits, distance=gone[row] + hits.distance))
+            # What is as far is the same surface: an edge belongs to two triangles.
+            new = hits.distance > beyond[row]
+            old, row, hits = row[~new], row[new], hits[new]
+            left[row] *= 1 - geometry.alpha(hits.triangle, hits.weights)
+            ends = left[row] <= until[row]
+            triangle[row[ends]], weights[row[ends]], distance[row[ends]] = (
+                hits.triangle[ends], hits.weights[ends], hits.distance[ends]
+            )  # fmt: skip
+            beyond[row] = gone[row] = past(hits.distance, nearby[row])
+            gone[old] = np.maximum(gone[old], beyond[old]) + nearby[old]
+            alive = np.concatenate([row[~ends], old])
             if not len(alive):
                 break
-            left[alive] *= 1 - geometry.alpha(here, at)
-            ends = left[alive] <= until[alive]
-            row = alive[ends]
-            triangle[row], weights[row], distance[row] = here[ends], at[ends], gone[row] + passed[ends]
-            alive, here, at = alive[~ends], here[~ends], at[~ends]
-            face = geometry.face_normal(here)
-            ahead = np.where(dot(face, directions[alive])[:, None] < 0, -face, face)
-            start[alive] = offset(geometry.position(here, at), ahead)
-            gone[alive] = dot(start[alive] - origins[alive], directions[alive])
         return left, Hits(triangle, weights, distance)
 
     def connected(self, origins: np.ndarray, targets: np.ndarray) -> np.ndarray:

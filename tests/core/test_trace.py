@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 GI Bake authors
 # SPDX-License-Identifier: GPL-3.0-or-later
 import numpy as np
-from gi_bake.gi_core import trace
+from gi_bake.gi_core.vectors import offset
 from gi_bake.tests import shapes
 
 
@@ -28,15 +28,15 @@ def test_offset_leaves_the_surface_near_and_far_from_the_origin():
         grazing = rng.standard_normal((5000, 3)).astype(np.float32)
         grazing[:, 2] = np.abs(grazing[:, 2]) * 0.05 + 0.001
         grazing /= np.linalg.norm(grazing, axis=-1, keepdims=True)
-        assert not tracer.occluded(trace.offset(points, up), grazing, np.full(5000, 1e6)).any()
+        assert not tracer.occluded(offset(points, up), grazing, np.full(5000, 1e6)).any()
 
 
 def test_two_points_see_each_other_unless_something_is_between():
     wall = shapes.plate(0.5, 0.25)
     tracer = shapes.tracer([shapes.plate(0, 1, name="low"), shapes.plate(1, 1, up=False, name="high"), wall])
     x = np.linspace(-0.9, 0.9, 36)
-    low = trace.offset(np.c_[x, 0 * x, 0 * x].astype(np.float32), np.tile(np.float32([0, 0, 1]), (36, 1)))
-    high = trace.offset(np.c_[x, 0 * x, 0 * x + 1].astype(np.float32), np.tile(np.float32([0, 0, -1]), (36, 1)))
+    low = offset(np.c_[x, 0 * x, 0 * x].astype(np.float32), np.tile(np.float32([0, 0, 1]), (36, 1)))
+    high = offset(np.c_[x, 0 * x, 0 * x + 1].astype(np.float32), np.tile(np.float32([0, 0, -1]), (36, 1)))
     assert np.array_equal(tracer.connected(low, high), np.abs(x) > 0.25)
 
 
