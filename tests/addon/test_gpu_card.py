@@ -32,7 +32,7 @@ JOBS = {
     "rsm, two bounces": ("cornell", Job("rsm", resolution=24, settings=replace(RSM, bounces=2))),
     "rsm, four bounces": ("sunlit_room", Job("rsm", "vertices", settings=replace(RSM, bounces=4, seed=3))),
     "rsm, alpha, two bounces": ("thin_wall", Job("rsm", resolution=24, settings=replace(RSM, bounces=2))),
-    "lpv, alpha and gloss": ("cornell", Job("lpv", resolution=24, settings=replace(LPV, glossy=True, bounces=2))),
+    "lpv, alpha and gloss": ("thin_wall", Job("lpv", resolution=24, settings=replace(LPV, glossy=True))),
     "ssgi, screen, alpha": ("cornell", Job("ssgi", resolution=32, settings=replace(SSGI, mode="screen_space"))),
     "ssgi, mixed, alpha": ("cornell", Job("ssgi", resolution=32, settings=replace(SSGI, mode="mixed"))),
     "ssgi, rays, alpha and gloss": (

@@ -11,6 +11,7 @@ from gi_bake.addon import preflight
 from gi_bake.addon.read.images import ImageReader
 from gi_bake.gi_core.bvh import build
 from gi_bake.gi_core.geometry import Geometry
+from gi_bake.gi_core.gpu_raster import raster_of
 from gi_bake.gi_core.gpu_rays import gpu_rays
 from gi_bake.gi_core.kernels.rays import closest, through
 from gi_bake.gi_core.kernels.veil import Veil, solid
@@ -195,6 +196,15 @@ def test_surfaces_with_an_alpha_as_embree(card):
 def test_a_driver_in_software_leaves_rays_to_embree(gpu):
     if gpu.software:
         assert gpu_rays(Geometry(shapes.scene([shapes.plate(0, 1)])), gpu) is None
+
+
+def test_more_triangles_than_the_card_may_hold_are_the_processors(card, monkeypatch, caplog):
+    geometry = Geometry(shapes.scene([shapes.plate(0, 1)]))
+    monkeypatch.setattr(card, "software", False)
+    assert gpu_rays(geometry, card) and raster_of(geometry, np.arange(2), card)
+    monkeypatch.setattr(card, "budget", 160)
+    assert gpu_rays(geometry, card) is None and raster_of(geometry, np.arange(2), card) is None
+    assert "rays are the processor's" in caplog.text and "pictures are traced" in caplog.text
 
 
 def test_tiles_ask_the_card_too(card):
