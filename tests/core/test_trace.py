@@ -44,3 +44,22 @@ def test_a_scene_without_triangles_blocks_nothing():
     tracer = shapes.tracer([])
     one = np.ones((5, 3), np.float32)
     assert (tracer.closest(one, one).triangle == -1).all() and not tracer.occluded(one, one, np.ones(5)).any()
+
+
+def test_rays_at_an_edge_meet_the_same_triangle_from_either_side_of_it():
+    """Rays into the diagonals and the corners of a box, moved by a unit in the last place: what they meet is the same,
+    and where they meet it is where the plane is."""
+    tracer = shapes.tracer([shapes.box(1)])
+    steps = np.linspace(-0.99, 0.99, 199, dtype=np.float32)
+    one = np.ones_like(steps)
+    ends = [np.stack(v, -1) for v in ((steps, steps, one), (steps, -steps, one), (one, one, steps), (steps, one, -one))]
+    d = np.concatenate(ends)
+    d = (d / np.linalg.norm(d, axis=-1, keepdims=True)).astype(np.float32)
+    found = []
+    for moved in (d, np.nextafter(d, np.float32(2)), np.nextafter(d, np.float32(-2))):
+        hits = tracer.closest(np.zeros_like(d), moved)
+        at = tracer.geometry.position(hits.triangle, hits.weights)
+        np.testing.assert_allclose(np.abs(at).max(-1), 1, atol=1e-6)
+        np.testing.assert_allclose(hits.distance, 1 / np.abs(d).max(-1), rtol=1e-5)
+        found.append(hits.triangle)
+    assert np.array_equal(found[0], found[1]) and np.array_equal(found[0], found[2])
