@@ -22,15 +22,19 @@ from .environment import parted
 from .geometry import Geometry
 from .gpu_raster import Raster, raster_of
 from .gpu_rays import GpuRays, gpu_rays
-from .kernels.rays import near_of, past, placed
+from .kernels.rays import near_of, past
 from .raster import Grid
 from .sampling import hash01
+from .tiles import slices
 from .vectors import length
 
 FAR = np.float32(1e30)
 
 # A ray is at an edge where the opposite corner has less weight.
 _EDGE = np.float32(1e-5)
+
+# Hits worked out at once.
+_PART = 1 << 13
 
 # From a ray's direction to one beside it: some tens of what rounding does, askew to what surfaces are built along.
 _BESIDE = np.float32([2.3e-6, -1.1e-6, 1.7e-6])
@@ -172,9 +176,7 @@ class Tracer:
     def _placed(self, origins: np.ndarray, directions: np.ndarray, hits: Hits) -> tuple[Hits, np.ndarray]:
         """Hits with where rays meet their triangles worked out anew, and which rays do meet them, but for rounding."""
         row = np.flatnonzero(hits.triangle >= 0)
-        at, along = origins[row], directions[row]
-        corners = (self.geometry.vertices[corner] - at for corner in self.geometry.triangles[hits.triangle[row]].T)
-        distance, u, v = placed(*corners, along)
+        distance, u, v = _met(self.geometry, hits.triangle[row], origins[row], directions[row])
         sure = np.isfinite(distance) & np.isfinite(u) & np.isfinite(v)
         row, u, v = row[sure], u[sure], v[sure]
         meets = np.zeros(len(origins), bool)
@@ -252,6 +254,30 @@ class Tracer:
         """The share of light that comes from one point to another: the mean of `connected` without its noise. (n,)
         float32."""
         return self.transmittance(origins, *_towards(origins, targets))
+
+
+def _met(geometry: Geometry, triangle, origins, directions) -> np.ndarray:
+    """Where rays meet the planes of triangles: distance and weights of the second and third corner, (3, n) float32; not
+    finite where a plane is seen edge-on (Möller & Trumbore 1997)."""
+    found = np.empty((3, len(triangle)), np.float32)
+    # In planes and in parts that stay within a core's cache: a third of the time.
+    for part in slices(len(triangle), _PART):
+        at, d = np.ascontiguousarray(origins[part].T), np.ascontiguousarray(directions[part].T)
+        a, b, c = (geometry.vertices[corner].T - at for corner in geometry.triangles[triangle[part]].T)
+        b, c = b - a, c - a
+        p, q = _cross(d, c), _cross(b, a)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            scale = 1 / _dot(b, p)
+            found[:, part] = _dot(c, q) * scale, -_dot(a, p) * scale, _dot(d, q) * scale
+    return found
+
+
+def _cross(a, b):
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def _dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def _towards(origins: np.ndarray, targets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

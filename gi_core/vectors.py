@@ -1,22 +1,15 @@
 # SPDX-FileCopyrightText: 2026 GI Bake authors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Arithmetic on arrays of vectors. Through einsum: numpy's own reductions over an axis of three are several times
-slower."""
+"""Arithmetic on arrays of vectors. Column by column: numpy's reductions over an axis of three, einsum's too, are
+several times slower."""
 
 import numpy as np
 
 
 def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """(..., 3), (..., 3) -> (...)."""
-    return np.einsum("...c,...c->...", a, b)
-
-
-def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """(..., 3), (..., 3) -> (..., 3). A third of the time of numpy's own."""
-    (x, y, z), (u, v, w) = (np.moveaxis(one, -1, 0) for one in (a, b))
-    out = np.empty(np.broadcast_shapes(a.shape, b.shape), np.result_type(a, b))
-    out[..., 0], out[..., 1], out[..., 2] = y * w - z * v, z * u - x * w, x * v - y * u
-    return out
+    """(..., 3), (..., 3) -> (...), or of any other width."""
+    columns = np.moveaxis(a * b, -1, 0)
+    return sum(columns[1:], columns[0])
 
 
 def length(v: np.ndarray) -> np.ndarray:

@@ -12,7 +12,7 @@ Here every ray looks at every triangle; on a graphics card it goes down the hier
 
 import numpy as np
 
-from ..vectors import cross, dot
+from ..vectors import dot
 from .veil import solid
 
 # What is farther than a surface that lets light through by no more than this factor, and than this share of where the
@@ -98,32 +98,17 @@ def met(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> tuple[np.
 
     Returns the distance (...), below zero or NaN for none, and weights u and v of the second and the third corner.
     """
-    u, v, w, total = _products(a, b, c, d)
+    u = dot(np.cross(c - a, c + a), d)
+    v = dot(np.cross(a - b, a + b), d)
+    w = dot(np.cross(b - c, b + c), d)
+    total = u + v + w
     slack = _ROUNDING * np.abs(total)
     inside = (np.minimum(np.minimum(u, v), w) >= -slack) | (np.maximum(np.maximum(u, v), w) <= slack)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        distance, slant = _distance(a, b, c, d)
-        return np.where(inside & (slant != 0), distance, np.float32(-1)), u / total, v / total
-
-
-def placed(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Where they meet the planes of triangles, as `met`: not finite where a plane is seen edge-on."""
-    u, v, _, total = _products(a, b, c, d)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return _distance(a, b, c, d)[0], u / total, v / total
-
-
-def _products(a, b, c, d):
-    """A ray's Plücker products with the edges across from the second, third and first corner, and their sum."""
-    u, v, w = (dot(cross(p - q, p + q), d) for p, q in ((c, a), (a, b), (b, c)))
-    return u, v, w, u + v + w
-
-
-def _distance(a, b, c, d):
-    """How far along d the plane of a triangle is, and how steeply it is met."""
-    normal = cross(b - a, c - a)
+    normal = np.cross(b - a, c - a)
     slant = dot(normal, d)
-    return dot(normal, a) / slant, slant
+    with np.errstate(divide="ignore", invalid="ignore"):
+        distance = dot(normal, a) / slant
+        return np.where(inside & (slant != 0), distance, np.float32(-1)), u / total, v / total
 
 
 def trace(
