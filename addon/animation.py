@@ -22,6 +22,7 @@ from ..gi_core import exr, ssgi
 from ..gi_core.geometry import Geometry
 from ..gi_core.tiles import finish, relayed
 from ..gi_core.trace import Tracer
+from . import gpu_context
 from .bake import bake
 from .job import Job
 from .read import read_scene, with_bakes
@@ -145,4 +146,5 @@ def _restored(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, job: Job,
         bakes = SurfaceBakes()
         core = finish(with_bakes(read_scene(scene, view_layer, bakes=bakes), scene, view_layer, bakes))
         camera = core.camera.at(job.resolution)
-        return finish(ssgi.restored(Tracer(Geometry(core)), camera, job.settings, arrays))
+        device, _ = gpu_context.device(job.settings.device, job.settings.memory << 20)
+        return finish(ssgi.restored(Tracer(Geometry(core), device), camera, job.settings, arrays))

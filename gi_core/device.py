@@ -10,36 +10,22 @@ A kernel is a function of numpy arrays in `kernels/NAME.py`; that is its definit
 computes one item, and in the same module `NAME_on_gpu`, which says what goes into that and what comes out. Arrays that
 a kernel gives stay where it ran, so kernels that follow each other move nothing. Some kernels are drawn instead, by
 `GpuDevice.draw`: of many at one pixel the nearest counts.
-
-Blender has no storage buffers: arrays are textures of `_WIDTH` texels in a row, an item after the other, with the last
-axis in their channels. Whole numbers lie in them as floats, exact up to 2²⁴.
 """
 
-import re
 import time
 import weakref
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import dataclass
 
 import numpy as np
 
-from . import kernels, tiles
+from . import tiles
+from .gpu_array import FORMATS, WIDTH, GpuArray, Store, extent, size_of
 from .gpu_draw import Drawing
-
-_WIDTH_BITS = 11
-_WIDTH = 1 << _WIDTH_BITS
-
-# Invocations of a work group, and groups in a row of them.
-_GROUP, _ROW = 64, 1024
+from .gpu_shader import GROUP, ROW, compiled, given
 
 # Seconds that one dispatch should take: drivers kill those of seconds, and a cancel waits for one.
 _DISPATCH = 0.05
-
-# Formats by channels. Three are stored as four: cards write no images of three.
-_FORMATS = {1: "R32F", 2: "RG32F", 3: "RGBA32F", 4: "RGBA32F"}
-_TYPES = {1: "float", 2: "vec2", 3: "vec3", 4: "vec4"}
-_SWIZZLE = {1: "x", 2: "xy", 3: "xyz", 4: "xyzw"}
 
 
 class NumpyDevice:
@@ -78,97 +64,6 @@ class NumpyDevice:
 NUMPY = NumpyDevice()
 
 
-@dataclass(frozen=True)
-class GpuArray:
-    """An array on the graphics card. channels: numbers in a texel; shape, kind: of what numpy makes of it; store: where
-    its texels are, which arrays of other shapes may share."""
-
-    store: "_Store"
-    shape: tuple[int, ...]
-    channels: int
-    kind: np.dtype
-
-    def __len__(self) -> int:
-        return self.shape[0]
-
-    def __getitem__(self, part: slice) -> "GpuArray":
-        if (part.start or 0, part.stop) not in ((0, None), (0, self.shape[0])):
-            raise IndexError("arrays on the graphics card are worked on whole")
-        return self
-
-    def reshape(self, *shape: int) -> "GpuArray":
-        """The same numbers in another shape, of which one side may be −1."""
-        known = -int(np.prod(shape, dtype=np.int64))
-        size = int(np.prod(self.shape, dtype=np.int64))
-        return replace(self, shape=tuple(size // max(known, 1) if n < 0 else n for n in shape))
-
-    @property
-    def items(self) -> int:
-        """Texels."""
-        return int(np.prod(self.shape, dtype=np.int64)) // self.channels
-
-    @property
-    def texture(self):
-        """Its texels on the card."""
-        return self.store.there()
-
-
-@dataclass(eq=False)
-class _Store:
-    """Texels that are on the card while they are worked on, and here before, or while others need the room there.
-
-    key: width, height and format. here: (width · height · channels,) float32. texture: there. is_made: whether there is
-    anything to keep. is_kept: whether the texture is for others once nobody has it any more.
-    """
-
-    device: "GpuDevice"
-    key: tuple[int, int, str]
-    is_kept: bool
-    here: np.ndarray | None = None
-    texture: object = None
-    is_made: bool = False
-
-    def there(self, beside: "set[_Store]" = frozenset()):
-        """Its texture, now on the card. beside: what has to be there as well."""
-        device = self.device
-        if self.texture is None:
-            pool = device.pools.get(self.key, ())
-            if pool and self.here is None:
-                self.texture = pool.pop()
-            else:
-                self.texture = device.texture(self.key, self.here, beside)
-            self.here = None
-        # The last one is the last that was needed.
-        device.stores.pop(self, None)
-        device.stores[self] = True
-        return self.texture
-
-    def read(self) -> np.ndarray:
-        """Its texels, flat."""
-        if self.texture is None:
-            return np.zeros(_size(self.key) // 4, np.float32) if self.here is None else self.here
-        self.device.moved += _size(self.key)
-        buffer = self.texture.read()
-        # Before Blender 5.2 the strides of a buffer of more than one dimension are wrong.
-        buffer.dimensions = int(np.prod(buffer.dimensions))
-        return np.array(buffer, np.float32)
-
-    def leave(self) -> None:
-        """Makes room on the card."""
-        self.here = self.read() if self.is_made else None
-        self.texture = None
-        self.device.stores.pop(self, None)
-        self.device.bytes -= _size(self.key)
-
-    def __del__(self):
-        if self.texture is None:
-            return
-        if self.is_kept:
-            self.device.pools.setdefault(self.key, []).append(self.texture)
-        else:
-            self.device.bytes -= _size(self.key)
-
-
 @dataclass
 class _Program:
     """A compiled shader. rate: steps that it does in a second."""
@@ -198,12 +93,12 @@ class GpuDevice:
         self.traces = not self.software
         self._programs: dict[object, _Program] = {}
         self.pools: dict[tuple, list] = {}
-        self.stores: weakref.WeakKeyDictionary[_Store, bool] = weakref.WeakKeyDictionary()
+        self.stores: weakref.WeakKeyDictionary[Store, bool] = weakref.WeakKeyDictionary()
         self._waiting: list[Callable[[], None]] = []
         self.moved = self.bytes = self.peak = 0
         self.budget = 1 << 30
         self.side = gpu.capabilities.max_texture_size_get()
-        self.most = _WIDTH * self.side // 4
+        self.most = WIDTH * self.side // 4
         self._fence = gpu.types.GPUTexture((1, 1), format="R32F")
 
     def array(self, values: np.ndarray | GpuArray, channels: int, nowhere: float | None = None) -> GpuArray:
@@ -221,10 +116,10 @@ class GpuDevice:
         kind = np.dtype(np.float32) if values.dtype.kind == "f" else values.dtype
         stored = 4 if channels == 3 else channels
         items = values.size // channels
-        width, height = _extent(items)
+        width, height = extent(items)
         data = np.zeros((width * height, stored), np.float32)
         data[:items, :channels] = values.reshape(items, channels)
-        store = _Store(self, (width, height, _FORMATS[channels]), False, data.ravel(), is_made=True)
+        store = Store(self, (width, height, FORMATS[channels]), False, data.ravel(), is_made=True)
         return GpuArray(store, values.shape, channels, kind)
 
     def numpy(self, values: GpuArray | np.ndarray) -> np.ndarray:
@@ -249,15 +144,15 @@ class GpuDevice:
 
     def empty(self, shape: tuple[int, ...], channels: int, kind: type = np.float32) -> GpuArray:
         """An array of whatever was there."""
-        key = (*_extent(int(np.prod(shape, dtype=np.int64)) // channels), _FORMATS[channels])
-        return GpuArray(_Store(self, key, True), shape, channels, np.dtype(kind))
+        key = (*extent(int(np.prod(shape, dtype=np.int64)) // channels), FORMATS[channels])
+        return GpuArray(Store(self, key, True), shape, channels, np.dtype(kind))
 
-    def texture(self, key: tuple[int, int, str], texels: np.ndarray | None, beside: "set[_Store]"):
+    def texture(self, key: tuple[int, int, str], texels: np.ndarray | None, beside: "set[Store]"):
         """A new texture of a width, a height and a format, with texels or whatever was there. beside: what stays."""
-        size = _size(key)
+        size = size_of(key)
         if self.bytes + size > self.budget:
             for kept, pool in self.pools.items():
-                self.bytes -= len(pool) * _size(kept)
+                self.bytes -= len(pool) * size_of(kept)
                 pool.clear()
         for store in list(self.stores):
             if self.bytes + size > self.budget and store not in beside:
@@ -298,7 +193,7 @@ class GpuDevice:
         program = self._programs.get(key)
         if program is None:
             program = self._programs[key] = _Program(
-                self._compiled(source, inputs, outputs, integers, floats, defines, with_sources)
+                compiled(self._gpu, source, inputs, outputs, integers, floats, defines, with_sources)
             )
 
         self._waiting.append(lambda: self._worked(program, n, inputs, outputs, integers, floats, steps))
@@ -326,8 +221,8 @@ class GpuDevice:
         inputs = {name: self.array(*values) for name, values in inputs.items()}
         key = ("draw", source, *((k, v.channels) for k, v in inputs.items()))
         if key not in self._programs:
-            self._programs[key] = Drawing(self._gpu, source, inputs, with_sources, declared, sources)
-        picture, depth = (_Store(self, (*size, form), False) for form in ("RGBA32F", "DEPTH_COMPONENT32F"))
+            self._programs[key] = Drawing(self._gpu, source, inputs, with_sources)
+        picture, depth = (Store(self, (*size, form), False) for form in ("RGBA32F", "DEPTH_COMPONENT32F"))
         together = {picture, depth, *(values.store for values in inputs.values())}
         area = (rectangle[:, 1] - rectangle[:, 0]) * (rectangle[:, 3] - rectangle[:, 2]).astype(np.int64)
 
@@ -366,7 +261,7 @@ class GpuDevice:
         while first < n:
             for values in (*inputs.values(), *outputs.values()):
                 values.store.there(together)
-            count = min(n - first, max(_GROUP, int(program.rate * _DISPATCH / steps)))
+            count = min(n - first, max(GROUP, int(program.rate * _DISPATCH / steps)))
             begin = time.perf_counter()
             shader.bind()
             for name, values in inputs.items():
@@ -378,8 +273,8 @@ class GpuDevice:
                 given(shader.uniform_int, name, int(value))
             for name, value in floats.items():
                 given(shader.uniform_float, name, float(value))
-            groups = -(-count // _GROUP)
-            gpu.compute.dispatch(shader, min(groups, _ROW), -(-groups // _ROW), 1)
+            groups = -(-count // GROUP)
+            gpu.compute.dispatch(shader, min(groups, ROW), -(-groups // ROW), 1)
             # A shader that is freed while it is bound takes Blender down at the next bind.
             gpu.shader.unbind()
             self._fence.read()
@@ -393,68 +288,5 @@ class GpuDevice:
             first += count
             yield first / n
 
-    def _compiled(self, source, inputs, outputs, integers, floats, defines, with_sources):
-        info = self._gpu.types.GPUShaderCreateInfo()
-        lines = declared(info, inputs, (*integers, "first_", "last_"), floats, defines)
-        for slot, (name, values) in enumerate(outputs.items()):
-            info.define(f"{name}_t", _TYPES[values.channels])
-            info.image(slot, _FORMATS[values.channels], "FLOAT_2D", f"{name}_", qualifiers={"WRITE"})
-            filled = {1: "v, 0.0, 0.0, 0.0", 2: "v, 0.0, 0.0", 3: "v, 0.0", 4: "v"}[values.channels]
-            lines.append(
-                f"void set_{name}(int i, {_TYPES[values.channels]} v) {{ imageStore({name}_, ivec2(i & {_WIDTH - 1}, "
-                f"i >> {_WIDTH_BITS}), vec4({filled})); }}"
-            )
-        info.local_group_size(_GROUP, 1, 1)
-        lines += sources(*with_sources, source)
-        lines.append(
-            f"void main() {{ int i = first_ + int(gl_GlobalInvocationID.y) * {_GROUP * _ROW} "
-            "+ int(gl_GlobalInvocationID.x); if (i < last_) { kernel_(i); } }"
-        )
-        info.compute_source("\n".join(lines))
-        return self._gpu.shader.create_from_info(info)
-
-
-def declared(info, inputs: dict[str, GpuArray], integers, floats, defines: dict[str, int]) -> list[str]:
-    """Gives a shader's description its inputs and numbers; returns the lines that read the inputs."""
-    lines = []
-    for slot, (name, values) in enumerate(inputs.items()):
-        info.sampler(slot, "FLOAT_2D", f"{name}_")
-        info.define(f"{name}_t", _TYPES[values.channels])
-        lines.append(
-            f"{_TYPES[values.channels]} {name}(int i) {{ return texelFetch({name}_, ivec2(i & {_WIDTH - 1}, "
-            f"i >> {_WIDTH_BITS}), 0).{_SWIZZLE[values.channels]}; }}"
-        )
-    for name in integers:
-        info.push_constant("INT", name)
-    for name in floats:
-        info.push_constant("FLOAT", name)
-    for name, value in defines.items():
-        info.define(name, str(value))
-    return lines
-
-
-def sources(*names: str) -> list[str]:
-    """Text of kernels/NAME.glsl. `kernel` is a word of Metal's own."""
-    folder = Path(kernels.__file__).parent
-    return [re.sub(r"\bkernel\(", "kernel_(", (folder / f"{name}.glsl").read_text()) for name in names]
-
 
 Device = NumpyDevice | GpuDevice
-
-
-def _extent(items: int) -> tuple[int, int]:
-    """Width and height of a texture of so many texels."""
-    return min(max(items, 1), _WIDTH), max(1, -(-items // _WIDTH))
-
-
-def _size(key: tuple[int, int, str]) -> int:
-    """Bytes of a texture of a width, a height and a format."""
-    return 4 * key[0] * key[1] * {"R32F": 1, "RG32F": 2, "RGBA32F": 4, "DEPTH_COMPONENT32F": 1}[key[2]]
-
-
-def given(setter: Callable, name: str, value):
-    """Sets what a shader has. OpenGL drops what a shader does not use, and Blender then finds no such name."""
-    try:
-        setter(name, value)
-    except ValueError:
-        pass

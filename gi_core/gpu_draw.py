@@ -7,6 +7,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from .gpu_shader import declared, sources
+
 # Rectangles that are drawn at once at the most: the numbers of so many times six corners are kept on the card.
 _MOST = 1 << 15
 
@@ -40,7 +42,7 @@ void main()
 class Drawing:
     """A compiled shader that draws, with the corners that it draws."""
 
-    def __init__(self, gpu, source: str, inputs: dict, with_sources: tuple[str, ...], declared, sources):
+    def __init__(self, gpu, source: str, inputs: dict, with_sources: tuple[str, ...]):
         self._gpu = gpu
         info, interface = gpu.types.GPUShaderCreateInfo(), gpu.types.GPUStageInterfaceInfo("drawn")
         interface.flat("INT", "k_")

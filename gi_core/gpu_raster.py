@@ -14,8 +14,9 @@ from .raster import Grid, covered
 
 _LOG = logging.getLogger(__name__)
 
-# Triangles at the most: some 50 bytes each.
-_MOST = 1 << 22
+# Bytes of a triangle, and how many there may be: their numbers have to be exact in single precision. They may fill a
+# quarter of what the card may hold, beside the triangles that rays meet there.
+_TRIANGLE, _MOST = 52, 1 << 24
 
 # Pixels that are looked at for each of the picture's, at the most: rays are faster than to draw many layers.
 _LAYERS = 64
@@ -67,6 +68,10 @@ def raster_of(geometry: Geometry, index: np.ndarray, device: Device) -> Raster |
 
     index: (k,) the triangles.
     """
-    if device.software or not len(index) or len(index) > _MOST:
+    if device.software or not len(index):
+        return None
+    most = min(_MOST, device.budget // 4 // _TRIANGLE)
+    if len(index) > most:
+        _LOG.warning("pictures are traced: of %d triangles the graphics card may hold %d (memory)", len(index), most)
         return None
     return Raster(geometry, index, device)

@@ -16,8 +16,9 @@ from .tiles import on_asker, slices
 
 _LOG = logging.getLogger(__name__)
 
-# Triangles at the most: some 80 bytes each, in memory that is needed for more than them.
-_MOST = 1 << 22
+# Bytes of a triangle and its boxes, and how many there may be: numbers of boxes have to be exact in single precision.
+# They may fill half of what the card may hold, in which more is needed.
+_TRIANGLE, _MOST = 80, 1 << 23
 
 # Rays at once: of each there are about so many bytes on the card, of which they may fill a part.
 _RAYS, _BYTES, _PART = 1 << 20, 64, 4
@@ -69,7 +70,9 @@ def gpu_rays(geometry: Geometry, device) -> GpuRays | None:
     """Rays on the card; None where Embree is to be asked: without a card, or where it cannot do what is needed."""
     if not device.traces or not geometry.casts.any():
         return None
-    if len(geometry.triangles) > _MOST:
-        _LOG.info("rays stay on the processor: the scene has more than %d triangles", _MOST)
+    most = min(_MOST, device.budget // 2 // _TRIANGLE)
+    if len(geometry.triangles) > most:
+        _LOG.warning("rays are the processor's: of %d triangles the graphics card may hold %d (memory)",
+                     len(geometry.triangles), most)  # fmt: skip
         return None
     return GpuRays(geometry, device)

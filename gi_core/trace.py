@@ -9,7 +9,7 @@ what both find is the same but for rounding.
 
 import threading
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -22,11 +22,22 @@ from .environment import parted
 from .geometry import Geometry
 from .gpu_raster import Raster, raster_of
 from .gpu_rays import GpuRays, gpu_rays
+from .kernels.rays import near_of, past
 from .raster import Grid
 from .sampling import hash01
-from .vectors import dot, length, offset
+from .tiles import slices
+from .vectors import length
 
 FAR = np.float32(1e30)
+
+# A ray is at an edge where the opposite corner has less weight.
+_EDGE = np.float32(1e-5)
+
+# Hits worked out at once.
+_PART = 1 << 13
+
+# From a ray's direction to one beside it: some tens of what rounding does, askew to what surfaces are built along.
+_BESIDE = np.float32([2.3e-6, -1.1e-6, 1.7e-6])
 
 # Surfaces with an alpha that a ray goes through at the most, should it ever meet the same one again and again.
 _LAYERS = 256
@@ -67,9 +78,10 @@ class _Triangles:
         n = len(origins)
         if self.empty or not n:
             return Hits(np.full(n, -1, np.int32), np.zeros((n, 3), np.float32), np.asarray(far, np.float32))
+        # Embree writes into the distances that it is given.
         r = self._scene.run(
             np.ascontiguousarray(origins, np.float32), np.ascontiguousarray(directions, np.float32),
-            dists=np.ascontiguousarray(far, np.float32), query="INTERSECT", output=True,
+            dists=np.array(far, np.float32), query="INTERSECT", output=True,
         )  # fmt: skip
         triangle = r["primID"]
         if self._index is not None:
@@ -129,19 +141,51 @@ class Tracer:
     ) -> Hits:
         """The nearest hit of each ray, no further than far [m]: (n, 3), (n, 3) unit directions -> Hits.
 
+        What was found is said in one arithmetic, since Embree and cards round in their own ways: lights of the next
+        bounce, or whether an alpha ends a ray, are drawn from where rays end, and would be other draws.
+
         solid: those of the surfaces without an alpha, up to far, where they are known.
         """
-        far = np.full(len(origins), far, np.float32)
+        far, until = np.full(len(origins), far, np.float32), self._until(origins, directions)
+        hits, _ = self._placed(origins, directions, self._found(origins, directions, far, until, solid))
+        # Of the triangles at an edge it is the one that a ray beside meets.
+        low = np.minimum(np.minimum(hits.weights[:, 0], hits.weights[:, 1]), hits.weights[:, 2])
+        edge = np.flatnonzero((low < _EDGE) & (hits.triangle >= 0))
+        if len(edge):
+            at, along = origins[edge], directions[edge]
+            beside = self._found(at, along + _BESIDE, far[edge], until[edge])
+            beside, meets = self._placed(at, along, beside)
+            row = edge[meets]
+            hits.triangle[row], hits.weights[row] = beside.triangle[meets], beside.weights[meets]
+            hits.distance[row] = beside.distance[meets]
+        return hits
+
+    def _found(self, origins, directions, far, until, solid: Hits | None = None) -> Hits:
+        """The nearest hits, as who finds them has them. until: what may be left of rays where they end, (n,)."""
         if solid is None and self.on_card:
-            return Hits(*self.on_card.closest(origins, directions, far, self._until(origins, directions)))
+            return Hits(*self.on_card.closest(origins, directions, far, until))
         hits = self._solid.closest(origins, directions, far) if solid is None else solid
         if not self._veiled:
             return hits
-        _, nearer = self._through(origins, directions, hits.distance, _ended(origins, directions))
+        _, nearer = self._through(origins, directions, hits.distance, until)
         first = nearer.triangle >= 0
         return Hits(*(np.where(first if a.ndim == 1 else first[:, None], a, b)
                       for a, b in ((nearer.triangle, hits.triangle), (nearer.weights, hits.weights),
                                    (nearer.distance, hits.distance))))  # fmt: skip
+
+    def _placed(self, origins: np.ndarray, directions: np.ndarray, hits: Hits) -> tuple[Hits, np.ndarray]:
+        """Hits with where rays meet their triangles worked out anew, and which rays do meet them, but for rounding."""
+        row = np.flatnonzero(hits.triangle >= 0)
+        distance, u, v = _met(self.geometry, hits.triangle[row], origins[row], directions[row])
+        sure = np.isfinite(distance) & np.isfinite(u) & np.isfinite(v)
+        row, u, v = row[sure], u[sure], v[sure]
+        meets = np.zeros(len(origins), bool)
+        meets[row] = np.minimum(np.minimum(u, v), 1 - u - v) > -_EDGE
+        u = np.clip(u, 0, 1)
+        v = np.clip(v, 0, 1 - u)
+        triangle, weights, far = np.array(hits.triangle), np.array(hits.weights), np.array(hits.distance)
+        weights[row], far[row] = np.stack([1 - u - v, u, v], -1), distance[sure]
+        return Hits(triangle, weights, far), meets
 
     def occluded(self, origins: np.ndarray, directions: np.ndarray, far: np.ndarray) -> np.ndarray:
         """Whether anything stops the ray between the origin and the far distance: (n, 3), (n, 3), (n,) -> (n,) bool."""
@@ -176,24 +220,29 @@ class Tracer:
         Returns what is left at the end (n,) and the Hits where that was reached.
         """
         n, geometry = len(origins), self.geometry
-        left, start, gone = np.ones(n, np.float32), np.array(origins, np.float32), np.zeros(n, np.float32)
+        left, beyond = np.ones(n, np.float32), np.full(n, -1, np.float32)
         triangle, weights, distance = np.full(n, -1, np.int32), np.zeros((n, 3), np.float32), np.array(far, np.float32)
-        alive = np.arange(n)
+        nearby = near_of(origins)
+        gone, alive = np.zeros(n, np.float32), np.arange(n)
         for _ in range(_LAYERS):
-            hits = self._clear.closest(start[alive], directions[alive], far[alive] - gone[alive])
+            start = origins[alive] + gone[alive, None] * directions[alive]
+            hits = self._clear.closest(start, directions[alive], far[alive] - gone[alive])
             met = hits.triangle >= 0
-            alive, here, at, passed = alive[met], hits.triangle[met], hits.weights[met], hits.distance[met]
+            row, hits = alive[met], hits[met]
+            hits, _ = self._placed(origins[row], directions[row], replace(hits, distance=gone[row] + hits.distance))
+            # What is as far is the same surface: an edge belongs to two triangles.
+            new = hits.distance > beyond[row]
+            old, row, hits = row[~new], row[new], hits[new]
+            left[row] *= 1 - geometry.alpha(hits.triangle, hits.weights)
+            ends = left[row] <= until[row]
+            triangle[row[ends]], weights[row[ends]], distance[row[ends]] = (
+                hits.triangle[ends], hits.weights[ends], hits.distance[ends]
+            )  # fmt: skip
+            beyond[row] = gone[row] = past(hits.distance, nearby[row])
+            gone[old] = np.maximum(gone[old], beyond[old]) + nearby[old]
+            alive = np.concatenate([row[~ends], old])
             if not len(alive):
                 break
-            left[alive] *= 1 - geometry.alpha(here, at)
-            ends = left[alive] <= until[alive]
-            row = alive[ends]
-            triangle[row], weights[row], distance[row] = here[ends], at[ends], gone[row] + passed[ends]
-            alive, here, at = alive[~ends], here[~ends], at[~ends]
-            face = geometry.face_normal(here)
-            ahead = np.where(dot(face, directions[alive])[:, None] < 0, -face, face)
-            start[alive] = offset(geometry.position(here, at), ahead)
-            gone[alive] = dot(start[alive] - origins[alive], directions[alive])
         return left, Hits(triangle, weights, distance)
 
     def connected(self, origins: np.ndarray, targets: np.ndarray) -> np.ndarray:
@@ -205,6 +254,30 @@ class Tracer:
         """The share of light that comes from one point to another: the mean of `connected` without its noise. (n,)
         float32."""
         return self.transmittance(origins, *_towards(origins, targets))
+
+
+def _met(geometry: Geometry, triangle, origins, directions) -> np.ndarray:
+    """Where rays meet the planes of triangles: distance and weights of the second and third corner, (3, n) float32; not
+    finite where a plane is seen edge-on (Möller & Trumbore 1997)."""
+    found = np.empty((3, len(triangle)), np.float32)
+    # In planes and in parts that stay within a core's cache: a third of the time.
+    for part in slices(len(triangle), _PART):
+        at, d = np.ascontiguousarray(origins[part].T), np.ascontiguousarray(directions[part].T)
+        a, b, c = (geometry.vertices[corner].T - at for corner in geometry.triangles[triangle[part]].T)
+        b, c = b - a, c - a
+        p, q = _cross(d, c), _cross(b, a)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            scale = 1 / _dot(b, p)
+            found[:, part] = _dot(c, q) * scale, -_dot(a, p) * scale, _dot(d, q) * scale
+    return found
+
+
+def _cross(a, b):
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+def _dot(a, b):
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
 def _towards(origins: np.ndarray, targets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

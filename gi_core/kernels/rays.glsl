@@ -28,9 +28,9 @@ int entry_of(vec4 low, vec4 high)
   return count > 0 ? -(int(low.w) * 8 + count) : int(low.w);
 }
 
-// The nearest hit behind a distance: the triangle's place in the hierarchy, −1 for a miss, weights of its second and
+// The nearest hit behind a distance, or of what lets no light through, in front of which all rays are: the triangle's place in the hierarchy, −1 for a miss, weights of its second and
 // third corner, distance. Of hits at one distance it is the first triangle's.
-vec4 traced(vec3 origin, vec3 direction, float far_, float past)
+vec4 traced(vec3 origin, vec3 direction, float far_, float beyond)
 {
   vec4 hit = vec4(-1.0, 0.0, 0.0, far_);
   vec3 inverse = vec3(inverted(direction.x), inverted(direction.y), inverted(direction.z));
@@ -51,8 +51,14 @@ vec4 traced(vec3 origin, vec3 direction, float far_, float past)
         float at = found.z;
         float k_ = float(k);
         bool is_nearer = at < hit.w || (at == hit.w && (hit.x < 0.0 || k_ < hit.x));
-        if (at > past && at >= 0.0 && is_nearer) {
+        if (at >= 0.0 && is_nearer) {
+#if VEIL
+          if (at > beyond || veil_second(k).z < 0.0) {
+            hit = vec4(k_, found);
+          }
+#else
           hit = vec4(k_, found);
+#endif
         }
       }
     }
@@ -94,11 +100,14 @@ vec4 traced(vec3 origin, vec3 direction, float far_, float past)
 vec4 followed(vec3 origin, vec3 direction, float far_, float until_, out float left)
 {
   vec4 found = vec4(-1.0, 0.0, 0.0, -1.0);
+  float nearby = 1e-6 * max(max(abs(origin.x), abs(origin.y)), abs(origin.z));
+  float beyond = -1.0;
   bool is_open = true;
   left = 1.0;
   while (is_open) {
+    found = traced(origin, direction, far_, beyond);
     // What is as far is the same surface: an edge belongs to two triangles.
-    found = traced(origin, direction, far_, found.w * 1.000015);
+    beyond = found.w * 1.000015 + nearby;
     is_open = false;
     if (found.x >= 0.0) {
 #if VEIL

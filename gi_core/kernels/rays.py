@@ -15,8 +15,9 @@ import numpy as np
 from ..vectors import dot
 from .veil import solid
 
-# What is farther than a surface by no more than this factor is that surface.
-_SAME = np.float32(1.000015)
+# What is farther than a surface that lets light through by no more than this factor, and than this share of where the
+# ray starts, is that surface.
+_SAME, _NEAR = np.float32(1.000015), np.float32(1e-6)
 
 # Products that are smaller, as a share of their sum, have no sign.
 _ROUNDING = np.float32(2**-23)
@@ -56,20 +57,32 @@ def _followed(origins, directions, far, bvh, until) -> tuple[np.ndarray, np.ndar
     """Where rays end, as for `closest`, and what comes through until there, (n,) float32."""
     n = len(origins)
     distance, u, v = _met(origins, directions, far, bvh)
-    found, left, past = np.zeros((n, 4), np.float32), np.ones(n, np.float32), np.full(n, -1, np.float32)
-    alive = np.arange(n)
+    found, left, beyond = np.zeros((n, 4), np.float32), np.ones(n, np.float32), np.full(n, -1, np.float32)
+    nearby, alive = near_of(origins), np.arange(n)
+    # A ray ends at those, so that none has been passed.
+    ends = np.ones(len(bvh.a), bool) if bvh.veil is None else bvh.veil.second[:, 2] < 0
     while len(alive):
         # What is as far is the same surface: an edge belongs to two triangles.
-        behind = np.where(distance[alive] > (past[alive] * _SAME)[:, None], distance[alive], np.inf)
+        behind = np.where(ends | (distance[alive] > beyond[alive, None]), distance[alive], np.inf)
         k = np.argmin(behind, -1)
         met = np.isfinite(behind[np.arange(len(alive)), k])
         found[alive[~met]] = far[alive[~met], None] * np.float32([0, 0, 0, 1]) - np.float32([1, 0, 0, 0])
         alive, k = alive[met], k[met]
-        past[alive] = distance[alive, k]
-        found[alive] = np.stack([bvh.triangle[k], u[alive, k], v[alive, k], past[alive]], -1)
+        beyond[alive] = past(distance[alive, k], nearby[alive])
+        found[alive] = np.stack([bvh.triangle[k], u[alive, k], v[alive, k], distance[alive, k]], -1)
         left[alive] *= 0 if bvh.veil is None else 1 - solid(bvh.veil, k, u[alive, k], v[alive, k])
         alive = alive[left[alive] > (0 if until is None else until[alive])]
     return found, left
+
+
+def near_of(origins: np.ndarray) -> np.ndarray:
+    """How far what rounding does to a ray reaches, by where it starts: (n, 3) -> (n,) float32 [m]."""
+    return _NEAR * np.abs(origins).max(-1, initial=0)
+
+
+def past(distance: np.ndarray, nearby: np.ndarray) -> np.ndarray:
+    """How far a ray is when it has gone through a surface: (n,), (n,) -> (n,) float32 [m]."""
+    return distance * _SAME + nearby
 
 
 def _met(origins, directions, far, bvh):

@@ -15,7 +15,7 @@ import pytest
 from gi_bake.addon.bake import bake
 from gi_bake.addon.job import Job
 from gi_bake.gi_core import kernels
-from gi_bake.gi_core.device import GpuArray
+from gi_bake.gi_core.gpu_array import GpuArray
 from gi_bake.gi_core.lpv.settings import LpvSettings
 from gi_bake.gi_core.rsm.settings import RsmSettings
 from gi_bake.gi_core.ssgi.settings import SsgiSettings

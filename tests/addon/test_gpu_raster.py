@@ -285,16 +285,6 @@ RSM = RsmSettings(samples=16, map_resolution=64, light_samples=4, denoise="none"
 SCREEN = SsgiSettings(mode="screen_space", fallback="none", samples=4, frames=1, light_samples=4)
 
 
-def on_edges(core, layer, subpixels):
-    """The pixels of which a ray passes an edge of the triangle that it meets by a few units in the last place: there it
-    is by rounding alone that light of a wall in the next triangle's plane passes or does not."""
-    height, width = layer.shape[:2]
-    eye = replace(core.camera, resolution=(width, height))
-    hits = Tracer(Geometry(core)).closest(*camera_rays(eye, subpixels))
-    near = (hits.triangle >= 0) & (hits.weights.min(-1) < 1e-6)
-    return near.reshape(height, subpixels, width, subpixels).any((1, 3))
-
-
 @pytest.mark.parametrize("name, method, settings", [
     ("cornell", "rsm", RSM), ("pan", "rsm", replace(RSM, pattern="disk")), ("sunlit_room", "rsm", RSM),
     ("cornell", "ssgi", SCREEN), ("pan", "ssgi", SCREEN),
@@ -318,9 +308,6 @@ def test_a_bake_as_the_processor_has_it(gpu, sample, monkeypatch, name, method, 
         job = Job(method, resolution=48, settings=replace(settings, device=device))
         found.append(tiles.finish(bake(bpy.context.scene, bpy.context.view_layer, job)).layers)
     assert len(drawings) == 1 and count
-    core = read_scene(bpy.context.scene, bpy.context.view_layer)
-    sure = ~on_edges(core, found[0]["Combined"], settings.antialias if method == "rsm" else 1)
-    assert sure.mean() > 0.95
     for layer in ("Diffuse Indirect", "Diffuse Direct", "Combined"):
-        expected, got = (one[layer].astype(np.float64)[sure] for one in found)
+        expected, got = (one[layer].astype(np.float64) for one in found)
         assert expected.mean() > 1e-3 and relmse(got, expected) <= 1e-5, layer

@@ -11,6 +11,7 @@ from gi_bake.addon import preflight
 from gi_bake.addon.read.images import ImageReader
 from gi_bake.gi_core.bvh import build
 from gi_bake.gi_core.geometry import Geometry
+from gi_bake.gi_core.gpu_raster import raster_of
 from gi_bake.gi_core.gpu_rays import gpu_rays
 from gi_bake.gi_core.kernels.rays import closest, through
 from gi_bake.gi_core.kernels.veil import Veil, solid
@@ -192,9 +193,38 @@ def test_surfaces_with_an_alpha_as_embree(card):
     assert not np.isin(Tracer(geometry, card).closest(*rays(5000, 4, -1.9, 1.9)[:2]).triangle, np.arange(18, 20)).any()
 
 
+def test_nothing_is_seen_through_what_lies_on_something_solid(card):
+    """A half clear plate in the plane of a solid one, at both sides of which others hang: as Embree, and nothing comes
+    through."""
+    alphas = [ColorSource(np.full(3, share, np.float32)) for share in (1, 0.5, 0.5)]
+    scene = shapes.scene([shapes.plate(0, 1.5), shapes.plate(0, 1), shapes.plate(0.5, 1)])
+    materials = tuple(replace(shapes.matte(), alpha=alpha) for alpha in alphas)
+    instances = tuple(replace(one, materials=(k,)) for k, one in enumerate(scene.instances))
+    geometry = Geometry(replace(scene, materials=materials, instances=instances))
+    rng = np.random.default_rng(5)
+    start = np.concatenate([rng.uniform(-0.9, 0.9, (5000, 2)), np.full((5000, 1), 1)], -1).astype(np.float32)
+    target = np.concatenate([rng.uniform(-0.9, 0.9, (5000, 2)), np.full((5000, 1), -1)], -1).astype(np.float32)
+    far = np.full(5000, 9, np.float32)
+    for tracer in (Tracer(geometry), Tracer(geometry, card)):
+        assert not tracer.transmittance(start, unit(target - start), far).any()
+        assert not tracer.transmittance(target, unit(start - target), far).any()
+        hits = tracer.closest(start, unit(target - start))
+        assert 0.4 < np.isin(geometry.instance[hits.triangle], [2]).mean() < 0.6
+        assert (hits.distance[geometry.instance[hits.triangle] != 2] >= 1).all()
+
+
 def test_a_driver_in_software_leaves_rays_to_embree(gpu):
     if gpu.software:
         assert gpu_rays(Geometry(shapes.scene([shapes.plate(0, 1)])), gpu) is None
+
+
+def test_more_triangles_than_the_card_may_hold_are_the_processors(card, monkeypatch, caplog):
+    geometry = Geometry(shapes.scene([shapes.plate(0, 1)]))
+    monkeypatch.setattr(card, "software", False)
+    assert gpu_rays(geometry, card) and raster_of(geometry, np.arange(2), card)
+    monkeypatch.setattr(card, "budget", 160)
+    assert gpu_rays(geometry, card) is None and raster_of(geometry, np.arange(2), card) is None
+    assert "rays are the processor's" in caplog.text and "pictures are traced" in caplog.text
 
 
 def test_tiles_ask_the_card_too(card):

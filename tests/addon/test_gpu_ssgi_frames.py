@@ -12,8 +12,9 @@ from gi_bake.addon.bake import bake
 from gi_bake.addon.job import Job
 from gi_bake.addon.read import read_scene
 from gi_bake.gi_core import metrics, ssgi, tiles
-from gi_bake.gi_core.device import NUMPY, GpuArray
+from gi_bake.gi_core.device import NUMPY
 from gi_bake.gi_core.geometry import Geometry
+from gi_bake.gi_core.gpu_array import GpuArray
 from gi_bake.gi_core.kernels.pixel_planes import pixel_planes
 from gi_bake.gi_core.kernels.screen_trace import NO_RAY, screen_trace
 from gi_bake.gi_core.ssgi import pipeline
