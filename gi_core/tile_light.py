@@ -19,6 +19,7 @@ from .sampling import Samples
 from .scene import Camera
 from .settings import Settings
 from .shadow_maps import lamps
+from .subpixels import asking
 from .surfels import Surfels
 from .techniques import Technique
 from .tiles import named
@@ -131,14 +132,29 @@ class TileLight:
         """Light of the surroundings and reflected light: a generator; returns the Estimate of both, (n, 2, 3)."""
         settings, n = self.settings, len(points)
         in_passes = self.emitted is not None and self.coarse is None and self.technique.in_passes(settings)
+        subpixels = tile.bands[0].receiver.subpixels
+        asked = None
+        if subpixels > 1 and getattr(settings, "interpolation", 1) == 1:
+            asked = asking(points, place, tile.shape, self.camera, subpixels, settings.seed)
 
-        def one_pass(samples: Samples) -> Iterator[float]:
-            values = np.zeros((n, 2, 3), np.float32)
+        def of(points: Surfels, samples: Samples) -> Iterator[float]:
+            values = np.zeros((len(points), 2, 3), np.float32)
             if self.direct:
                 values[:, 0] = yield from surroundings(self.tracer, points, samples, settings.seed)
             if in_passes:
                 values[:, 1] = yield from self._indirect(points, samples)
             return values
+
+        def one_pass(samples: Samples) -> Iterator[float]:
+            if asked is None:
+                return (yield from of(points, samples))
+            whole, alone = np.split(asked.rows, [asked.whole])
+            share = len(whole) * subpixels**2 / max(1, n)
+            values = [
+                (yield from tiles.within(0, share, of(points[whole], samples.part(subpixels**2)))),
+                (yield from tiles.within(share, 1, of(points[alone], samples))),
+            ]
+            return np.concatenate(values)[asked.source]
 
         if self.direct or in_passes:
             goal = Goal(settings.samples, settings.noise_threshold, settings.time_limit * self.share)
