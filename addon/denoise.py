@@ -76,6 +76,14 @@ def is_available() -> bool:
     return True
 
 
+def works_now() -> bool:
+    """Whether `oidn` works in this Blender and at this moment, when it may be rendering."""
+    try:
+        return is_available()
+    except RuntimeError:
+        return False
+
+
 def smoothed(light: list[np.ndarray], found: list[dict[str, np.ndarray]]) -> Iterator[float]:
     """Images of irradiance without their noise: (h, w, 3 k) each. A generator of progress; returns a list of the same.
 

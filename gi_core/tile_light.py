@@ -55,7 +55,7 @@ class TileLight:
         """What each stage takes of a tile's time, roughly."""
         settings = self.settings
         absent = {
-            "lamps": not self.direct, "denoise": settings.denoise != "bilateral",
+            "lamps": not self.direct, "denoise": not settings.smooths,
             "gloss": not settings.glossy, "medium": not self._has_medium,
         }  # fmt: skip
         taken = {name: length for name, length in _STAGES.items() if not absent.get(name)}
@@ -83,7 +83,7 @@ class TileLight:
 
         estimate = yield from named("gather", self._gathered(points, place, tile, show if seen else None))
         values = estimate.values
-        if settings.denoise == "bilateral" and tile.bands[0].receiver.is_image:
+        if settings.smooths and tile.bands[0].receiver.is_image:
             values = yield from named("denoise", self._smoothed(estimate, points, place, tile))
         found = layers({"Lamps": direct, "Around": values[:, 0], "Indirect": values[:, 1]})
         found["Centred"] = images.spread(centred[:, None], place, shape)[::subpixels, ::subpixels]
@@ -119,7 +119,7 @@ class TileLight:
         shown = yield from glossy_light(self.tracer, points, self.camera, subpixels, rows, settings, around)
         place, shape = shown.surfels.place - rows.start * tile.shape[1], tile.shape
         noisy = np.concatenate([shown.around, shown.indirect], -1)
-        if settings.denoise == "bilateral":
+        if settings.smooths:
             # What a mirror shows has edges that its surface knows nothing of: a filter along it must not reach far.
             noisy = yield from images.smoothed(noisy, shown.surfels, place, shape, 1, device=self.tracer.device)
         light = {"Glossy Lamps": shown.lamps, "Glossy Around": noisy[:, :3], "Glossy Indirect": noisy[:, 3:]}
