@@ -1,13 +1,11 @@
 # SPDX-FileCopyrightText: 2026 GI Bake authors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Soft light found once for a pixel whose subpixels all look at one piece of surface.
+"""Soft light of pixels whose subpixels all look at one piece of surface.
 
-Such light does not change within a pixel, but what finds it costs as much for each point that asks. One of the
-subpixels, drawn anew for each pixel, asks for all, with the samples of all: the mean over the pixel stays what it is.
-Where subpixels see different surfaces each asks for itself, so that silhouettes are as smooth as before.
+Such light hardly changes within a pixel, and a few samples at one point tell more of it than one at each of several:
+they are stratified. So one of the subpixels, drawn for each pixel, asks for all, another one in the next pass. Where
+subpixels see different surfaces each asks for itself, so that silhouettes are as smooth as ever.
 """
-
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,23 +20,11 @@ from .vectors import dot
 _COSINE, _OFF_PLANE = np.float32(0.9), np.float32(0.1)
 
 
-@dataclass(frozen=True)
-class Asking:
-    """Which points ask for light.
-
-    rows: (m,) of the points, those that ask for their whole pixel first. whole: how many these are.
-    source: (n,) for each of all points which of the m it takes its light from.
-    """
-
-    rows: np.ndarray
-    whole: int
-    source: np.ndarray
-
-
-def asking(
+def alike(
     points: Surfels, place: np.ndarray, shape: tuple[int, int], camera: Camera, subpixels: int, seed: int
-) -> Asking:
-    """Which of the points that a camera sees ask for light.
+) -> np.ndarray:
+    """The subpixels of each pixel in which all see one piece of surface: (m, s²) rows of the points, of each pixel in
+    an order that begins anywhere.
 
     points: of whole pixels' rows. place: (n,) of each in an image of `shape` subpixels.
     """
@@ -52,13 +38,7 @@ def asking(
     leader = at[np.arange(len(at)), drawn]
     face, normal, position = (a[leader, None] for a in (points.face, points.normal, points.position))
     off = np.abs(dot(points.position[at] - position, face)).max(1)
-    alike = dot(points.normal[at], normal).min(1) > _COSINE
-    alike &= off < _OFF_PLANE * s * spacing(points[leader], camera, s)
-    at, leader = at[alike], leader[alike]
-    alone = np.ones(n, bool)
-    alone[at] = False
-    rows = np.concatenate([leader, np.flatnonzero(alone)])
-    source = np.zeros(n, np.int64)
-    source[at] = np.arange(len(at))[:, None]
-    source[alone] = np.arange(len(at), len(rows))
-    return Asking(rows, len(at), source)
+    same = dot(points.normal[at], normal).min(1) > _COSINE
+    same &= off < _OFF_PLANE * s * spacing(points[leader], camera, s)
+    order = (drawn[same, None] + np.arange(s * s)) % (s * s)
+    return np.take_along_axis(at[same], order, 1)

@@ -5,6 +5,7 @@
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import count
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from .sampling import Samples
 from .scene import Camera
 from .settings import Settings
 from .shadow_maps import lamps
-from .subpixels import asking
+from .subpixels import alike
 from .surfels import Surfels
 from .techniques import Technique
 from .tiles import named
@@ -27,6 +28,10 @@ from .trace import Tracer
 
 # How long the stages of a tile take beside each other, roughly.
 _STAGES = {"points": 1, "lamps": 1, "gather": 5, "denoise": 1, "gloss": 5, "medium": 3}
+
+# A pixel's samples of a pass from which on each subpixel takes its part of them: these are stratified all the same, and
+# with one point for each pass the light's change within the pixel would stay as noise.
+_MANY = 16
 
 
 @dataclass(frozen=True)
@@ -132,10 +137,11 @@ class TileLight:
         """Light of the surroundings and reflected light: a generator; returns the Estimate of both, (n, 2, 3)."""
         settings, n = self.settings, len(points)
         in_passes = self.emitted is not None and self.coarse is None and self.technique.in_passes(settings)
-        subpixels = tile.bands[0].receiver.subpixels
-        asked = None
-        if subpixels > 1 and getattr(settings, "interpolation", 1) == 1:
-            asked = asking(points, place, tile.shape, self.camera, subpixels, settings.seed)
+        s2, alone, turns = tile.bands[0].receiver.subpixels ** 2, np.ones(n, bool), count()
+        whole = np.zeros((0, s2), np.int64)
+        if s2 > 1 and getattr(settings, "interpolation", 1) == 1:
+            whole = alike(points, place, tile.shape, self.camera, settings.antialias, settings.seed)
+            alone[whole] = False
 
         def of(points: Surfels, samples: Samples) -> Iterator[float]:
             values = np.zeros((len(points), 2, 3), np.float32)
@@ -146,15 +152,15 @@ class TileLight:
             return values
 
         def one_pass(samples: Samples) -> Iterator[float]:
-            if asked is None:
-                return (yield from of(points, samples))
-            whole, alone = np.split(asked.rows, [asked.whole])
-            share = len(whole) * subpixels**2 / max(1, n)
-            values = [
-                (yield from tiles.within(0, share, of(points[whole], samples.part(subpixels**2)))),
-                (yield from tiles.within(share, 1, of(points[alone], samples))),
-            ]
-            return np.concatenate(values)[asked.source]
+            if samples.count * s2 >= _MANY:
+                values = yield from of(points, samples)
+                values[whole] = values[whole].mean(1, keepdims=True)
+                return values
+            values, share = np.zeros((n, 2, 3), np.float32), whole.size / max(1, n)
+            asking = points[whole[:, next(turns) % s2]]
+            values[whole] = (yield from tiles.within(0, share, of(asking, samples.part(s2))))[:, None]
+            values[alone] = yield from tiles.within(share, 1, of(points[alone], samples))
+            return values
 
         if self.direct or in_passes:
             goal = Goal(settings.samples, settings.noise_threshold, settings.time_limit * self.share)

@@ -1,32 +1,32 @@
 # SPDX-FileCopyrightText: 2026 GI Bake authors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Subpixels that look at one surface ask for light once, those of silhouettes each for themselves."""
+"""Pixels whose subpixels see one surface, and those that do not."""
 
 import numpy as np
 import pytest
 from gi_bake.gi_core import surfels
 from gi_bake.gi_core.sampling import hash01
 from gi_bake.gi_core.scene import Camera
-from gi_bake.gi_core.subpixels import asking
+from gi_bake.gi_core.subpixels import alike
 from gi_bake.tests import shapes
 
 SIDE = 64
 
 
 def looking_down(slant=0.0):
-    """A camera 3 m above the origin, turned about X [rad]."""
+    """A camera 3 m from the origin, turned about X [rad]."""
     c, s = np.cos(slant), np.sin(slant)
     matrix = np.eye(4)
     matrix[:3] = [[1, 0, 0, 0], [0, c, -s, 3 * -s], [0, s, c, 3 * c]]
     return Camera("PERSPECTIVE", matrix, (-0.4, 0.4, -0.4, 0.4), (SIDE, SIDE))
 
 
-def asked(tracer, eye, subpixels, rows=slice(None), seed=0):
+def seen_and_alike(tracer, eye, subpixels, rows=slice(None), seed=0):
     rows = slice(*rows.indices(SIDE * subpixels))
     seen = surfels.from_camera(tracer, eye, subpixels, rows)
     place = seen.place - rows.start * SIDE * subpixels
     shape = rows.stop - rows.start, SIDE * subpixels
-    return seen, asking(seen, place, shape, eye, subpixels, seed)
+    return seen, alike(seen, place, shape, eye, subpixels, seed)
 
 
 def pixel(seen, subpixels):
@@ -36,41 +36,36 @@ def pixel(seen, subpixels):
 
 @pytest.mark.parametrize("slant", [0.0, 1.0])
 @pytest.mark.parametrize("subpixels", [2, 3])
-def test_on_a_plane_one_asks_for_each_pixel(slant, subpixels):
-    seen, found = asked(shapes.tracer([shapes.plate(0, 100)]), looking_down(slant), subpixels)
-    assert found.whole == len(found.rows) == SIDE**2
-    assert np.array_equal(pixel(seen, subpixels), pixel(seen[found.rows], subpixels)[found.source])
-    # Each as often as any, and whatever else is drawn at that place: the mean over a pixel is what it was.
-    row, column = np.divmod(seen.place[found.rows], SIDE * subpixels)
+def test_on_a_plane_all_are_alike(slant, subpixels):
+    seen, found = seen_and_alike(shapes.tracer([shapes.plate(0, 100)]), looking_down(slant), subpixels)
+    s2 = subpixels**2
+    assert found.shape == (SIDE**2, s2) and np.array_equal(np.sort(found.ravel()), np.arange(len(seen)))
+    assert np.all(pixel(seen, subpixels)[found] == np.arange(SIDE**2)[:, None])
+    # Each is the first as often as any, whatever else is drawn at its place: the mean over a pixel is what it was.
+    first = seen.place[found[:, 0]]
+    row, column = np.divmod(first, SIDE * subpixels)
     which = row % subpixels * subpixels + column % subpixels
-    share = np.bincount(which, minlength=subpixels**2) / len(which)
-    assert abs(share * subpixels**2 - 1).max() < 0.15
-    other = [hash01(seen.place[found.rows[which == k]], 0).mean() for k in range(subpixels**2)]
+    assert abs(np.bincount(which, minlength=s2) / len(which) * s2 - 1).max() < 0.15
+    other = [hash01(first[which == k], 0).mean() for k in range(s2)]
     assert abs(np.array(other) - 0.5).max() < 0.06
 
 
-def test_where_surfaces_meet_each_asks_for_itself():
-    # A small plate half a metre above the floor.
-    floor, table = shapes.plate(0, 100), shapes.plate(0.5, 0.3, name="table")
-    seen, found = asked(shapes.tracer([floor, table]), looking_down(), 2)
-    height = seen.position[:, 2]
-    own = pixel(seen, 2)
-    low, high = np.full((2, SIDE**2), [[9.0], [-9.0]])
-    np.minimum.at(low, own, height)
-    np.maximum.at(high, own, height)
-    edge = (high - low > 0.1)[own]
-    assert 0 < edge.sum() < len(seen) / 4
-    assert np.array_equal(np.bincount(found.source, minlength=len(found.rows))[found.source] == 1, edge)
-    assert np.array_equal(found.rows[found.source[edge]], np.flatnonzero(edge))
-    assert abs(height - height[found.rows][found.source]).max() < 1e-5
+def table():
+    """A small plate half a metre above a floor."""
+    return shapes.tracer([shapes.plate(0, 100), shapes.plate(0.5, 0.3, name="table")])
+
+
+def test_where_one_surface_ends_none_are():
+    seen, found = seen_and_alike(table(), looking_down(), 2)
+    height, own = seen.position[:, 2], pixel(seen, 2)
+    levels = np.bincount(own, height > 0.1, SIDE**2)
+    edge = (levels > 0) & (levels < 4)
+    assert 0 < edge.sum() < SIDE**2 / 4
+    assert np.array_equal(np.unique(own[found]), np.flatnonzero(~edge))
+    assert np.ptp(height[found], 1).max() < 1e-5
 
 
 def test_the_cut_into_tiles_changes_nothing():
-    floor, table = shapes.plate(0, 100), shapes.plate(0.5, 0.3, name="table")
-    tracer = shapes.tracer([floor, table])
-    seen, whole = asked(tracer, looking_down(), 2, seed=3)
-    source = seen.place[whole.rows][whole.source]
-    for rows in (slice(0, 40), slice(40, 128)):
-        part, found = asked(tracer, looking_down(), 2, rows, seed=3)
-        here = (seen.place >= part.place[0]) & (seen.place <= part.place[-1])
-        assert np.array_equal(part.place[found.rows][found.source], source[here])
+    seen, whole = seen_and_alike(table(), looking_down(), 2, seed=3)
+    parts = [seen_and_alike(table(), looking_down(), 2, rows, 3) for rows in (slice(0, 40), slice(40, 128))]
+    assert np.array_equal(seen.place[whole], np.concatenate([part.place[found] for part, found in parts]))
