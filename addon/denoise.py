@@ -54,12 +54,17 @@ def oidn(image: np.ndarray, albedo: np.ndarray | None = None, normal: np.ndarray
         if bad := np.count_nonzero(~np.isfinite(pixels).all(-1)):
             raise ValueError(f"cannot denoise: {name} has {bad} pixels that are not finite numbers")
     height, width = image.shape[:2]
-    noisy = {name: _framed(pixels) for name, pixels in inputs.items()}
+    clean = _clean({name: _framed(pixels) for name, pixels in inputs.items()})
+    return clean[_FRAME : _FRAME + height, _FRAME : _FRAME + width].copy()
+
+
+def _clean(noisy: dict[str, np.ndarray]) -> np.ndarray:
+    """What the denoiser makes of images that have a frame around them: socket name -> (h, w, 3), to (h, w, 3)."""
     clean = _composited(noisy)
     # Without the library the node hands its input on, and says so nowhere.
     if np.array_equal(clean, noisy["Image"]) and np.ptp(clean) > 0:
         raise DenoiserMissing("Open Image Denoise does not work in this Blender: use denoise=bilateral")
-    return clean[_FRAME : _FRAME + height, _FRAME : _FRAME + width].copy()
+    return clean
 
 
 def is_available() -> bool:
@@ -69,6 +74,14 @@ def is_available() -> bool:
     except DenoiserMissing:
         return False
     return True
+
+
+def works_now() -> bool:
+    """Whether `oidn` works in this Blender and at this moment, when it may be rendering."""
+    try:
+        return is_available()
+    except RuntimeError:
+        return False
 
 
 def smoothed(light: list[np.ndarray], found: list[dict[str, np.ndarray]]) -> Iterator[float]:
@@ -86,7 +99,8 @@ def smoothed(light: list[np.ndarray], found: list[dict[str, np.ndarray]]) -> Ite
             yield (k + done / len(groups)) / layers
             stacked, guides = (np.concatenate([prepared[i][part] for i in group]) for part in (0, 1))
             noisy = stacked[..., 3 * k : 3 * k + 3]
-            smooth = oidn(noisy, guides[..., :3], guides[..., 3:]) if noisy.any() else noisy
+            inputs = {"Image": noisy, "Albedo": guides[..., :3], "Normal": guides[..., 3:]}
+            smooth = _clean(inputs) if noisy.any() else noisy
             ends = np.cumsum([len(prepared[i][1]) for i in group])
             for i, image in zip(group, np.split(smooth, ends[:-1])):
                 h, w = light[i].shape[:2]

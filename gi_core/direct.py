@@ -42,27 +42,25 @@ def from_lamp(
     brdf: weighs it by what the surface reflects, for radiance [W/(m²·sr)] instead.
     """
     samples = 1 if is_hard(light) else samples
-    n = len(surfels)
-    u = rotated(r2_sequence(samples), surfels.place, seed).reshape(-1, 2)
-    row = np.repeat(np.arange(n), samples)
-    arrival = towards(light, surfels.position[row], u)
-    cosine = dot(surfels.normal[row], arrival.direction)
-    shone = np.flatnonzero((cosine > 0) & lit(arrival.irradiance))
+    u = rotated(r2_sequence(samples), surfels.place, seed)
+    arrival = towards(light, surfels.position[:, None], u)
+    cosine = dot(surfels.normal[:, None], arrival.direction)
+    cosine *= (cosine > 0) & lit(arrival.irradiance)
+    shone = np.nonzero(cosine)
+    row, direction = shone[0], arrival.direction[shone]
     if light.shadow:
         # Not the whole way: the lamp's own surface, where a mesh models it, would stand in its light.
         far = np.minimum(arrival.distance[shone] * np.float32(1 - 1e-4), FAR)
         # The shading normal decides whether a surface is lit. Where its face looks the other way the ray starts behind
         # it, as in Cycles: a closed mesh then shades itself, a sheet of cloth is lit through.
-        face = surfels.face[row[shone]]
-        side = np.sign(dot(face, arrival.direction[shone]))[:, None]
-        origin = offset(surfels.position[row[shone]], face * side)
-        cosine[shone] *= tracer.transmittance(origin, arrival.direction[shone], far)
-    cosine[shone] *= surfels.shadowing(row[shone], arrival.direction[shone])
-    irradiance = np.zeros((n * samples, 3), np.float32)
-    irradiance[shone] = arrival.irradiance[shone] * cosine[shone, None]
+        face = surfels.face[row]
+        side = np.sign(dot(face, direction))[:, None]
+        cosine[shone] *= tracer.transmittance(offset(surfels.position[row], face * side), direction, far)
+    cosine[shone] *= surfels.shadowing(row, direction)
+    irradiance = arrival.irradiance
     if brdf:
-        irradiance[shone] *= brdf(row[shone], arrival.direction[shone])
-    return irradiance.reshape(n, samples, 3).mean(1)
+        irradiance[shone] *= brdf(row, direction)
+    return np.einsum("ns,nsc->nc", cosine, irradiance) / np.float32(samples)
 
 
 def from_environment(

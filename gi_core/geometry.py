@@ -9,7 +9,7 @@ import numpy as np
 
 from .scene import BLACK, ColorSource, Mesh, Scene
 from .texture import sample
-from .vectors import length, normalize
+from .vectors import cross, length, normalize
 
 
 class Geometry:
@@ -63,7 +63,7 @@ class Geometry:
     def areas(self) -> np.ndarray:
         """Area of each triangle: (t,) float32 [m²]."""
         a, b, c = np.moveaxis(self.vertices[self.triangles], 1, 0)
-        return length(np.cross(b - a, c - a)) / 2
+        return length(cross(b - a, c - a)) / 2
 
     @cached_property
     def area(self) -> float:
@@ -89,13 +89,13 @@ class Geometry:
 
     def position(self, triangle: np.ndarray, weights: np.ndarray) -> np.ndarray:
         """Points from barycentric weights: (n,), (n, 3) -> (n, 3) float32 [m]."""
-        corners = self.vertices[self.triangles[triangle]]
-        return np.einsum("nk,nkc->nc", weights, corners).astype(np.float32)
+        a, b, c = (self.vertices[self.triangles[triangle, k]] for k in range(3))
+        return (weights[:, :1] * a + weights[:, 1:2] * b + weights[:, 2:] * c).astype(np.float32)
 
     def face_normal(self, triangle: np.ndarray) -> np.ndarray:
         """Unit geometric normals on the mesh's front: (n,) -> (n, 3) float32; zero for triangles without area."""
-        a, b, c = np.moveaxis(self.vertices[self.triangles[triangle]], 1, 0)
-        normal = normalize(np.cross(b - a, c - a))
+        a, b, c = (self.vertices[self.triangles[triangle, k]] for k in range(3))
+        normal = normalize(cross(b - a, c - a))
         normal[self._mirrored[self.instance[triangle]]] *= -1
         return normal
 

@@ -84,11 +84,10 @@ def resolved(
         Cycles' passes, so that a pixel on a silhouette weighs them alike.
     The rest are means, but position and normal, which are one subpixel's. "Coverage" is 0…1.
     """
-    h, w = shape[0] // subpixels, shape[1] // subpixels
 
     def mean(values: np.ndarray) -> np.ndarray:
         image = spread(values, place, shape)
-        return image if subpixels == 1 else image.reshape(h, subpixels, w, subpixels, -1).mean((1, 3))
+        return image if subpixels == 1 else summed(image, subpixels) / np.float32(subpixels**2)
 
     def one(values: np.ndarray) -> np.ndarray:
         return spread(values, place, shape)[subpixels // 2 :: subpixels, subpixels // 2 :: subpixels]
@@ -104,6 +103,12 @@ def resolved(
     return layers | {name: over_color(values, weight, place, shape, subpixels) for name, values in light.items()}
 
 
+def summed(image: np.ndarray, subpixels: int) -> np.ndarray:
+    """The sum of each pixel's subpixels: (h, w, c) -> (h / s, w / s, c)."""
+    rows = sum(image[k::subpixels] for k in range(subpixels))
+    return sum(rows[:, k::subpixels] for k in range(subpixels))
+
+
 def over_color(
     light: np.ndarray, color: np.ndarray, place: np.ndarray, shape: tuple[int, int], subpixels: int
 ) -> np.ndarray:
@@ -111,10 +116,7 @@ def over_color(
 
     light, color: (n, 3) at places of an image of (h, w) subpixels. Returns (h / s, w / s, 3) float32.
     """
-    h, w = shape[0] // subpixels, shape[1] // subpixels
-    reflected, whole = (
-        spread(a, place, shape).reshape(h, subpixels, w, subpixels, 3).sum((1, 3)) for a in (color * light, color)
-    )
+    reflected, whole = (summed(spread(a, place, shape), subpixels) for a in (color * light, color))
     return np.divide(reflected, whole, out=np.zeros_like(reflected), where=whole > 0)
 
 
@@ -125,11 +127,14 @@ def sky(
 
     place: (n,) the subpixels that see a surface, counted from the first of the rows.
     """
-    width = camera.resolution[0]
-    _, direction = camera_rays(camera, subpixels, rows)
-    seen = beyond.radiance(environment, direction).copy()
-    seen[place] = 0
-    return seen.reshape(-1, subpixels, width, subpixels, 3).mean((1, 3))
+    height, width = rows.stop - rows.start, camera.resolution[0] * subpixels
+    seen = np.zeros((height * width, 3), np.float32)
+    free = np.ones(len(seen), bool)
+    free[place] = False
+    if free.any() and not beyond.is_black(environment):
+        _, direction = camera_rays(camera, subpixels, rows)
+        seen[free] = beyond.radiance(environment, direction[free])
+    return summed(seen.reshape(height, width, 3), subpixels) / np.float32(subpixels**2)
 
 
 def camera_layers(found: dict[str, np.ndarray], camera: Camera, transparent: bool) -> dict[str, np.ndarray]:

@@ -22,10 +22,10 @@ _FULL_SPREAD = np.pi - 1e-4
 class Arrival:
     """Light at receivers from one sampled point of a lamp each.
 
-    direction: (n, 3) float32, unit, from the receiver to the light.
-    distance: (n,) float32 to the sampled point [m]; infinite for suns.
-    irradiance: (n, 3) float32 on a surface perpendicular to `direction`; times the receiver's cosine its mean over the
-        samples is the lamp's [W/m²].
+    direction: (..., 3) float32, unit, from the receiver to the light.
+    distance: (...) float32 to the sampled point [m]; infinite for suns.
+    irradiance: (..., 3) float32 on a surface perpendicular to `direction`; times the receiver's cosine its mean over
+        the samples is the lamp's [W/m²].
     """
 
     direction: np.ndarray
@@ -52,14 +52,14 @@ def radiance(light: Light) -> np.ndarray:
 
 
 def points_on(light: Light, u: np.ndarray) -> np.ndarray:
-    """Points spread evenly over an area light: (n, 2) -> (n, 3) float32."""
+    """Points spread evenly over an area light: (..., 2) -> (..., 3) float32."""
     x, y, _ = axes(light)
     local = disk(u) if light.shape == "ELLIPSE" else 2 * u - 1
-    return (light.matrix[:3, 3] + local[:, :1] * x + local[:, 1:] * y).astype(np.float32)
+    return (light.matrix[:3, 3] + local[..., :1] * x + local[..., 1:] * y).astype(np.float32)
 
 
 def spread_gain(light: Light, cosine: np.ndarray) -> np.ndarray:
-    """Radiance at an angle to an area light's axis over that of full spread: (n,) cosines -> (n,).
+    """Radiance at an angle to an area light's axis over that of full spread: cosines (...) -> (...).
 
     Cycles' softbox grid (D10594): falls linearly in the tangent to 0 at half the spread a; (tan a − tan x)/(tan a − a)
     keeps the light's power.
@@ -73,36 +73,38 @@ def spread_gain(light: Light, cosine: np.ndarray) -> np.ndarray:
 
 
 def spot_gain(light: Light, direction: np.ndarray) -> np.ndarray:
-    """Intensity of a spot light in a direction over that of a point light: (n, 3) unit, away from the lamp -> (n,).
+    """Intensity of a spot light in a direction over that of a point light: (..., 3) unit, away from the lamp -> (...).
 
     Smooth step over the blended rim of the cone, in the lamp's own space: scale along X and Y makes the cone elliptic.
     """
     if light.kind != "SPOT":
-        return np.ones(len(direction), np.float32)
+        return np.ones(direction.shape[:-1], np.float32)
     # Axes of unit length keep a uniform scale from counting, as in Cycles; what counts is the scale along Z over the
     # others.
     scale = np.linalg.norm(light.matrix[:3, :3], axis=0)
-    local = normalize((direction @ (light.matrix[:3, :3] / scale)) / scale)
+    x, y, z = (dot(direction, axis) for axis in (light.matrix[:3, :3] / scale**2).T.astype(direction.dtype))
     cos_half = np.cos(light.spot_angle / 2)
-    t = np.clip((-local[:, 2] - cos_half) / max((1 - cos_half) * light.spot_blend, 1e-4), 0, 1)
+    t = np.clip((-z / np.sqrt(x * x + y * y + z * z) - cos_half) / max((1 - cos_half) * light.spot_blend, 1e-4), 0, 1)
     return (t * t * (3 - 2 * t)).astype(np.float32)
 
 
 def towards(light: Light, position: np.ndarray, u: np.ndarray) -> Arrival:
-    """Light that arrives at points from one sample of a lamp each: (n, 3) points, (n, 2) in [0, 1)² -> Arrival."""
+    """Light that arrives at points from one sample of a lamp each: (..., 3) points, (..., 2) in [0, 1)² -> Arrival.
+
+    Points may stand for several samples each: (n, 1, 3) with (n, s, 2).
+    """
     if light.kind == "SUN":
-        axis = np.broadcast_to(-axes(light)[2], position.shape)
-        direction = cone(axis, np.full(len(position), 1 - np.cos(light.angle / 2)), u)
+        direction = cone(-axes(light)[2], 1 - np.cos(light.angle / 2), u)
         # Even over the sun's disk of radiance P/(π sin²): its power is irradiance on a perpendicular surface, cosine
         # included.
-        gain = np.full(len(position), 2 / (1 + np.cos(light.angle / 2)))
-        return _arrival(direction, np.full(len(position), np.inf), gain, light.power)
+        gain = np.full(direction.shape[:-1], 2 / (1 + np.cos(light.angle / 2)))
+        return _arrival(direction, np.full(gain.shape, np.inf), gain, light.power)
 
     if light.kind == "AREA":
         to_light = points_on(light, u) - position
         distance = length(to_light)
         direction = normalize(to_light)
-        cosine = np.maximum(-direction @ axes(light)[2], 0)
+        cosine = np.maximum(-dot(direction, axes(light)[2]), 0)
         gain = cosine * spread_gain(light, cosine) * area(light) / np.maximum(distance, 1e-9) ** 2
         return _arrival(direction, distance, gain, radiance(light))
 
@@ -115,7 +117,7 @@ def towards(light: Light, position: np.ndarray, u: np.ndarray) -> Arrival:
         if light.radius > 0:
             local = disk(u) * light.radius
             x, y = frame(axis)
-            to_center = to_center + local[:, :1] * x + local[:, 1:] * y
+            to_center = to_center + local[..., :1] * x + local[..., 1:] * y
         distance = length(to_center)
         direction = normalize(to_center)
         cosine = dot(direction, axis)
@@ -126,14 +128,17 @@ def towards(light: Light, position: np.ndarray, u: np.ndarray) -> Arrival:
         inside = center_distance <= light.radius
         # 1 − cos from sin² without cancellation; small spheres need it.
         one_minus_cos = np.where(inside, 2.0, sine2 / (1 + np.sqrt(1 - sine2)))
+        # From here on single precision will do: what is small is not found as a difference.
+        axis, one_minus_cos, center_distance = (np.float32(a) for a in (axis, one_minus_cos, center_distance))
         direction = cone(axis, one_minus_cos, u)
-        cosine = dot(direction, axis)
-        root = np.sqrt(np.maximum(light.radius**2 - center_distance**2 * (1 - cosine**2), 0))
+        off = direction - axis
+        cosine = 1 - dot(off, off) / 2
+        root = np.sqrt(np.maximum(light.radius**2 - center_distance**2 * (1 - cosine) * (1 + cosine), 0))
         distance = center_distance * cosine + np.where(inside, root, -root)
         gain = 2 * np.pi * one_minus_cos / (np.pi * light.radius**2)
     return _arrival(direction, distance, gain * spot_gain(light, -direction), intensity)
 
 
 def _arrival(direction, distance, gain, color) -> Arrival:
-    irradiance = np.maximum(gain, 0)[:, None] * np.asarray(color)
+    irradiance = np.maximum(gain, 0)[..., None] * np.asarray(color)
     return Arrival(direction.astype(np.float32), distance.astype(np.float32), irradiance.astype(np.float32))

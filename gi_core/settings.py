@@ -61,9 +61,10 @@ class Settings:
     seed: int = setting(0, "Start of the random sequence; the same seed gives the same picture", low=0, high=2**20)
     device: str = setting("auto", "What computes: the processor or the graphics card", choices=("auto", "cpu", "gpu"))
     denoise: str = setting(
-        "bilateral",
-        "Takes noise out: not at all, by a filter along surfaces, or by Open Image Denoise; vertices stay as they are",
-        choices=("none", "bilateral", "oidn"),
+        "auto",
+        "Takes noise out: not at all, by a filter along surfaces, or by Open Image Denoise; auto takes the latter for "
+        "RSM's camera images where this Blender has it, else the filter; vertices stay as they are",
+        choices=("auto", "none", "bilateral", "oidn"),
     )
     denoise_passes: int = setting(
         3, "Passes of the bilateral filter; each doubles its reach: 4, 12, 28 pixels", low=1, high=6
@@ -151,6 +152,11 @@ class Settings:
         high=1 << 20,
         unit="MB",
     )
+
+    @property
+    def smooths(self) -> bool:
+        """Whether noise is taken out by the filter along surfaces."""
+        return self.denoise in ("auto", "bilateral")
 
     def wanted(self, direct, indirect):
         """Of two parts of light, arrays, what the setting `light` asks for."""

@@ -145,18 +145,16 @@ def camera_rays(camera: Camera, subpixels: int = 1, rows: slice | None = None) -
     """
     left, right, bottom, top = camera.window
     w, h = camera.resolution[0] * subpixels, camera.resolution[1] * subpixels
-    row = np.arange(h)[rows or slice(None)]
-    x, y = np.meshgrid(left + (np.arange(w) + 0.5) / w * (right - left), bottom + (row + 0.5) / h * (top - bottom))
-    ones, near = np.ones_like(x), camera.clip[0]
+    row, near = np.arange(h)[rows or slice(None)], camera.clip[0]
+    x, y = left + (np.arange(w) + 0.5) / w * (right - left), bottom + (row + 0.5) / h * (top - bottom)
+    right, up, back = camera.matrix[:3, :3].T
+    # One sum for each ray: the plane's points are a row of vectors and a column.
+    plane = (x[:, None] * right + (y[:, None] * up)[:, None] - back).reshape(-1, 3)
     if camera.kind == "PERSPECTIVE":
-        start = np.stack([x * near, y * near, -near * ones], -1)
-        direction = np.stack([x, y, -ones], -1)
+        start, direction = near * plane, normalize(plane)
     else:
-        start = np.stack([x, y, -near * ones], -1)
-        direction = np.stack([0 * x, 0 * y, -ones], -1)
-    rotation, translation = camera.matrix[:3, :3], camera.matrix[:3, 3]
-    origins = start.reshape(-1, 3) @ rotation.T + translation
-    return origins.astype(np.float32), normalize(direction.reshape(-1, 3) @ rotation.T).astype(np.float32)
+        start, direction = plane + (1 - near) * back, np.broadcast_to(normalize(-back), plane.shape)
+    return (start + camera.matrix[:3, 3]).astype(np.float32), direction.astype(np.float32)
 
 
 def from_camera(

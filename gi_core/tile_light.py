@@ -5,6 +5,7 @@
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import count
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from .sampling import Samples
 from .scene import Camera
 from .settings import Settings
 from .shadow_maps import lamps
+from .subpixels import alike
 from .surfels import Surfels
 from .techniques import Technique
 from .tiles import named
@@ -26,6 +28,10 @@ from .trace import Tracer
 
 # How long the stages of a tile take beside each other, roughly.
 _STAGES = {"points": 1, "lamps": 1, "gather": 5, "denoise": 1, "gloss": 5, "medium": 3}
+
+# A pixel's samples of a pass from which on each subpixel takes its part of them: these are stratified all the same, and
+# with one point for each pass the light's change within the pixel would stay as noise.
+_MANY = 16
 
 
 @dataclass(frozen=True)
@@ -54,7 +60,7 @@ class TileLight:
         """What each stage takes of a tile's time, roughly."""
         settings = self.settings
         absent = {
-            "lamps": not self.direct, "denoise": settings.denoise != "bilateral",
+            "lamps": not self.direct, "denoise": not settings.smooths,
             "gloss": not settings.glossy, "medium": not self._has_medium,
         }  # fmt: skip
         taken = {name: length for name, length in _STAGES.items() if not absent.get(name)}
@@ -84,7 +90,7 @@ class TileLight:
         estimate = yield from named("gather", self._gathered(points, place, tile, show if seen else None))
         values = estimate.values
         inside = None if self.camera else self._inside(points, direct + values.sum(1))
-        if settings.denoise == "bilateral" and tile.bands[0].receiver.is_image:
+        if settings.smooths and tile.bands[0].receiver.is_image:
             values = yield from named("denoise", self._smoothed(estimate, points, place, tile))
         found = layers({"Lamps": direct, "Around": values[:, 0], "Indirect": values[:, 1]})
         found["Centred"] = images.spread(centred[:, None], place, shape)[::subpixels, ::subpixels]
@@ -128,7 +134,7 @@ class TileLight:
         shown = yield from glossy_light(self.tracer, points, self.camera, subpixels, rows, settings, around)
         place, shape = shown.surfels.place - rows.start * tile.shape[1], tile.shape
         noisy = np.concatenate([shown.around, shown.indirect], -1)
-        if settings.denoise == "bilateral":
+        if settings.smooths:
             # What a mirror shows has edges that its surface knows nothing of: a filter along it must not reach far.
             noisy = yield from images.smoothed(noisy, shown.surfels, place, shape, 1, device=self.tracer.device)
         light = {"Glossy Lamps": shown.lamps, "Glossy Around": noisy[:, :3], "Glossy Indirect": noisy[:, 3:]}
@@ -141,13 +147,29 @@ class TileLight:
         """Light of the surroundings and reflected light: a generator; returns the Estimate of both, (n, 2, 3)."""
         settings, n = self.settings, len(points)
         in_passes = self.emitted is not None and self.coarse is None and self.technique.in_passes(settings)
+        s2, alone, turns = tile.bands[0].receiver.subpixels ** 2, np.ones(n, bool), count()
+        whole = np.zeros((0, s2), np.int64)
+        if s2 > 1 and getattr(settings, "interpolation", 1) == 1:
+            whole = alike(points, place, tile.shape, self.camera, settings.antialias, settings.seed)
+            alone[whole] = False
 
-        def one_pass(samples: Samples) -> Iterator[float]:
-            values = np.zeros((n, 2, 3), np.float32)
+        def of(points: Surfels, samples: Samples) -> Iterator[float]:
+            values = np.zeros((len(points), 2, 3), np.float32)
             if self.direct:
                 values[:, 0] = yield from surroundings(self.tracer, points, samples, settings.seed)
             if in_passes:
                 values[:, 1] = yield from self._indirect(points, samples)
+            return values
+
+        def one_pass(samples: Samples) -> Iterator[float]:
+            if samples.count * s2 >= _MANY:
+                values = yield from of(points, samples)
+                values[whole] = values[whole].mean(1, keepdims=True)
+                return values
+            values, share = np.zeros((n, 2, 3), np.float32), whole.size / max(1, n)
+            asking = points[whole[:, next(turns) % s2]]
+            values[whole] = (yield from tiles.within(0, share, of(asking, samples.part(s2))))[:, None]
+            values[alone] = yield from tiles.within(share, 1, of(points[alone], samples))
             return values
 
         if self.direct or in_passes:

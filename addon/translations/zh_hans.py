@@ -227,7 +227,7 @@ _TEXTS = {
     "CPU": "CPU",
     "GPU": "GPU",
     "Denoise": "降噪",
-    "Takes noise out: not at all, by a filter along surfaces, or by Open Image Denoise; vertices stay as they are": "去除噪点：不去除、沿表面滤波或使用 Open Image Denoise；顶点保持原样",
+    "Takes noise out: not at all, by a filter along surfaces, or by Open Image Denoise; auto takes the latter for RSM's camera images where this Blender has it, else the filter; vertices stay as they are": "去除噪点：不去除、沿表面滤波或使用 Open Image Denoise；自动：RSM 的相机图像在此 Blender 支持时使用后者，否则使用滤波；顶点保持原样",
     "None": "无",
     "Bilateral": "双边滤波",
     "Denoise Passes": "降噪遍数",

@@ -10,7 +10,7 @@ from bpy.app.translations import pgettext_iface as iface_
 
 # When a setting has an effect; the others always have one.
 _USED: dict[str, Callable[[bpy.types.PropertyGroup, bpy.types.PropertyGroup], bool]] = {
-    "denoise_passes": lambda shared, own: shared.denoise == "BILATERAL",
+    "denoise_passes": lambda shared, own: shared.denoise in {"AUTO", "BILATERAL"},
     "weighting": lambda shared, own: getattr(own, "pattern", "DISK") == "DISK",
     "disk_radius": lambda shared, own: own.pattern == "DISK",
     "pattern_per_point": lambda shared, own: own.pattern != "ALL",

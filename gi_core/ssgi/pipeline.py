@@ -220,7 +220,7 @@ def one_pass(inputs: Inputs, history: History | None, settings: SsgiSettings, wh
         layers["Hit"] = images.spread(found.first_hit, place, shape)
 
     filtered, result = mean, mean
-    if settings.denoise == "bilateral":
+    if settings.smooths:
         behind = history.behind if history else 0
         numbers = range(number - behind, number + 1)
         smooth = yield from tiles.within(0.7, 0.85, _filtered(inputs, mean, settings, numbers))
