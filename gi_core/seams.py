@@ -26,6 +26,9 @@ _DENSITY = 2.0
 # Cosine between normals up to which the surface counts as smooth: 8 degrees. Light has an edge where the surface has.
 _SMOOTH = 0.99
 
+# Share of its light that a texel keeps at least: where pairs pull it below nothing it would be black on a lit face.
+_KEPT = 1 / 8
+
 # Steps of conjugate gradients, and the share of the first error at which they end.
 _STEPS, _ENOUGH = 100, 1e-3
 
@@ -146,7 +149,8 @@ def stitched(image: np.ndarray, found: Seams, filled: np.ndarray) -> np.ndarray:
         direction = scale * rest + share * direction
     out = flat.copy()
     # What has a sign may keep it, light stays light.
-    out[np.ix_(place, lit)] = np.maximum(start + change, np.minimum(flat[:, lit].min(0), 0))
+    least = flat[:, lit].min(0)
+    out[np.ix_(place, lit)] = np.maximum(start + change, np.where(least < 0, least, _KEPT * start))
     return out.reshape(image.shape)
 
 
