@@ -271,7 +271,7 @@ def making_uvs(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, job: Job
     if job.target != "lightmap" or job.uv or settings.unwrap == "never":
         return {}
     return (yield from lightmap_uvs.unwrapping(
-        scene, view_layer, job.objects, layout.side(scene, job.resolution, settings), settings.padding,
+        scene, view_layer, job.objects, layout.side(scene, job.resolution, settings), settings.room,
         settings.density, layout.is_shared(scene, settings),
     ))  # fmt: skip
 

@@ -175,9 +175,12 @@ def _check(arguments: argparse.Namespace, path: Path | None) -> dict:
         pages = layout.pages(Geometry(core), scene, names, job.uv, job.resolution, job.settings)
     volume = memory(job.settings) if job.method == "lpv" else None
     lightmaps = [
-        {"name": p.name, "width": p.width, "height": p.height, "objects": {q.name: q.side for q in p.places}}
+        {
+            "name": p.name, "width": p.width, "height": p.height, "padding": job.settings.room,
+            "objects": {q.name: q.side for q in p.places},
+        }
         for p in pages
-    ]
+    ]  # fmt: skip
     return {"findings": [asdict(f) for f in findings], "volume_bytes": volume, "lightmaps": lightmaps}
 
 
@@ -403,7 +406,7 @@ def _table(answer: dict) -> str:
         size = answer["volume_bytes"]
         volume = f"the volume takes at most {size / 2**20:.0f} MB\n" if size else ""
         maps = "".join(
-            f"lightmap {m['name']}: {m['width']} × {m['height']} texels"
+            f"lightmap {m['name']}: {m['width']} × {m['height']} texels, {m['padding']} free around islands"
             + (f", {len(m['objects'])} objects\n" if len(m["objects"]) > 1 else "\n")
             + "".join(f"  {name}: {side}²\n" for name, side in m["objects"].items() if len(m["objects"]) > 1)
             for m in answer["lightmaps"]

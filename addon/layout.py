@@ -66,16 +66,16 @@ def pages(
 
 def _shared(name: str, asked: list[Asked], resolution: int | None, settings: Settings) -> list[Page]:
     if resolution or not settings.density:
-        return together(name, asked, resolution or ATLAS_SIDE, settings.density, settings.padding)
+        return together(name, asked, resolution or ATLAS_SIDE, settings.density, settings.room)
     # The smallest that all fit on, or else as many of the largest as it takes.
     size = _SMALL
     while size < MOST:
         try:
-            [page] = together(name, asked, size, settings.density, settings.padding)
+            [page] = together(name, asked, size, settings.density, settings.room)
             return [page]
         except ValueError:
             size *= 2
-    return together(name, asked, MOST, settings.density, settings.padding)
+    return together(name, asked, MOST, settings.density, settings.room)
 
 
 def group(obj: bpy.types.Object, scene: bpy.types.Scene, settings: Settings) -> tuple[str, str]:

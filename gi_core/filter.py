@@ -45,7 +45,8 @@ def walls_between(tracer: Tracer, position: np.ndarray, normal: np.ndarray) -> n
     """How many walls stand between a pixel and the beginning of its row, and of its column: (h, w, 2) float32.
 
     A texel of a floor may lie a hand's breadth from one in the next room. Whether something stands between two
-    neighbours is asked by a ray from one to the other, half a pixel above the surface.
+    neighbours is asked by a ray from one to the other, half a pixel above the surface. An island's border is a wall
+    too: what lies behind the gap may be anywhere, in the same plane as well.
     """
     footprint = pixel_footprint(position, normal)
     lifted = (position + 0.5 * footprint[..., None] * normal).astype(np.float32)
@@ -53,8 +54,9 @@ def walls_between(tracer: Tracer, position: np.ndarray, normal: np.ndarray) -> n
     for k, axis in enumerate((1, 0)):
         n = footprint.shape[axis]
         first, second = (np.take(lifted, range(s, n - 1 + s), axis) for s in (0, 1))
-        pair = np.logical_and(*(np.take(footprint > 0, range(s, n - 1 + s), axis) for s in (0, 1)))
-        blocked = np.zeros(pair.shape, np.float32)
+        here, there = (np.take(footprint > 0, range(s, n - 1 + s), axis) for s in (0, 1))
+        pair = here & there
+        blocked = (here != there).astype(np.float32)
         blocked[pair] = ~tracer.connected(first[pair], second[pair])
         after = [slice(None)] * 2
         after[axis] = slice(1, None)

@@ -9,7 +9,7 @@ import numpy as np
 
 from .scene import BLACK, ColorSource, Mesh, Scene
 from .texture import sample
-from .vectors import cross, length, normalize
+from .vectors import cross, dot, length, normalize
 
 
 class Geometry:
@@ -103,9 +103,12 @@ class Geometry:
         """Unit interpolated corner normals: (n,), (n, 3) -> (n, 3) float32."""
         return self._to_world(triangle, np.einsum("nk,nkc->nc", weights, self._normals[self.mesh_triangle(triangle)]))
 
-    def mapped_normal(self, triangle: np.ndarray, weights: np.ndarray, smooth: np.ndarray) -> np.ndarray:
+    def mapped_normal(self, triangle: np.ndarray, weights: np.ndarray, smooth: np.ndarray, behind=None) -> np.ndarray:
         """Unit normals that materials give: (n,), (n, 3) -> (n, 3) float32; the interpolated ones, `smooth` (n, 3),
-        where they give none."""
+        where they give none.
+
+        behind: (n,) bool, where the surface is seen from its back; the normals are those on the front all the same.
+        """
         sources = [m.normal for m in self.scene.materials]
         material = self.material(triangle)
         here = np.flatnonzero(np.array([s is not None for s in sources], bool)[material])
@@ -113,6 +116,9 @@ class Geometry:
         mapped = self._to_world(triangle[here], local)
         out = smooth.copy()
         out[here] = np.where(np.any(mapped != 0, -1, keepdims=True), mapped, smooth[here])
+        if behind is not None:
+            back = behind & np.array([s is not None and s.raised for s in sources], bool)[material]
+            out[back] = 2 * dot(out[back], smooth[back])[:, None] * smooth[back] - out[back]
         return out
 
     def _to_world(self, triangle: np.ndarray, local: np.ndarray) -> np.ndarray:

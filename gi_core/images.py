@@ -72,7 +72,8 @@ def smoothed(
 def detail(taken: np.ndarray, noise: np.ndarray) -> np.ndarray:
     """Share of what a filter took that was light and not noise: Wiener's filter, from the mean square of what it took
     and the variance of the noise there, (h, w) each, to 0…1."""
-    return np.clip(1 - np.divide(noise, taken, out=np.ones_like(taken), where=taken > 0), 0, 1)
+    most = np.maximum(taken, noise)
+    return 1 - np.divide(noise, most, out=np.ones_like(most), where=most > 0)
 
 
 def resolved(

@@ -46,6 +46,16 @@ class ColorSource:
     uv: str = ""
 
 
+@dataclass(frozen=True)
+class NormalSource(ColorSource):
+    """A normal over a surface, in the mesh's own space.
+
+    raised: seen from behind the relief stands out there as well, as bumps do; else its back shows, as of normal maps.
+    """
+
+    raised: bool = False
+
+
 BLACK = ColorSource(np.zeros(3, np.float32))
 WHITE = ColorSource(np.ones(3, np.float32))
 
@@ -100,7 +110,7 @@ class Material:
     alpha: ColorSource = WHITE
     gloss: Gloss = MATTE
     gloss_albedo: ColorSource = BLACK
-    normal: ColorSource | None = None
+    normal: NormalSource | None = None
 
 
 @dataclass(frozen=True)

@@ -26,8 +26,11 @@ _DENSITY = 2.0
 # Cosine between normals up to which the surface counts as smooth: 8 degrees. Light has an edge where the surface has.
 _SMOOTH = 0.99
 
+# Share of its light that a texel keeps at least: where pairs pull it below nothing it would be black on a lit face.
+_KEPT = 1 / 8
+
 # Steps of conjugate gradients, how far the sides may disagree where they end, see `disagreement`, and how often they
-# are taken up again, because light that may not fall below nothing was brought back.
+# are taken up again after light that fell below what is kept was brought back.
 _STEPS, _ENOUGH, _ROUNDS = 200, 5e-3, 3
 
 
@@ -126,7 +129,8 @@ def stitched(image: np.ndarray, found: Seams, filled: np.ndarray) -> np.ndarray:
     flat = image.reshape(-1, image.shape[-1])
     values = flat[place][:, lit].astype(np.float64)
     # What has a sign may keep it, light stays light.
-    least = np.minimum(flat[:, lit].min(0), 0)
+    least = flat[:, lit].min(0)
+    least = np.where(least < 0, least, _KEPT * values)
     for _ in range(_ROUNDS):
         values = np.maximum(_agreeing(values, index, weight), least)
     out = flat.copy()

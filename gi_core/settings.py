@@ -129,9 +129,10 @@ class Settings:
     )
     exr: str = setting("float", "Lightmaps as EXR: 32 bits for each value, or 16", choices=("float", "half"))
     padding: int = setting(
-        2,
-        "Texels that stay free around each island of lightmap UVs that are made, and around each object on an image",
-        low=0,
+        -1,
+        "Texels that stay free around each island of lightmap UVs that are made, and around each object on an image; "
+        "-1 leaves half the margin, so that two islands that face each other have the margin between them",
+        low=-1,
         high=64,
         unit="texels",
     )
@@ -157,6 +158,17 @@ class Settings:
     def smooths(self) -> bool:
         """Whether noise is taken out by the filter along surfaces."""
         return self.denoise in ("auto", "bilateral")
+
+    @property
+    def room(self) -> int:
+        """Texels that stay free around islands.
+
+        No filter of a bake needs them: the bilateral one weighs by distances in the world, and Open Image Denoise gets
+        each island by itself. Look-ups of the finished image do: 1 texel where they are bilinear, 2ᵏ on mipmap k. Two
+        islands grow towards each other by half the margin at least, which is what is left to each; twice as much would
+        cost 60 objects on an image of 1024² half of their texels.
+        """
+        return -(-self.margin // 2) if self.padding < 0 else self.padding
 
     def wanted(self, direct, indirect):
         """Of two parts of light, arrays, what the setting `light` asks for."""

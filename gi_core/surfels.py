@@ -110,12 +110,13 @@ def at(geometry: Geometry, triangle, weights, place, towards=None, reflecting=Fa
     smooth = np.where(np.any(smooth != 0, -1, keepdims=True), smooth, face)
     # The shading normal says where the front is: winding may disagree with it.
     face = np.where(dot(face, smooth)[:, None] < 0, -face, face)
-    normal = geometry.mapped_normal(triangle, weights, smooth) if geometry.has_normal_maps else smooth
+    behind = None if towards is None else dot(face, towards) < 0
+    normal = geometry.mapped_normal(triangle, weights, smooth, behind) if geometry.has_normal_maps else smooth
     made = Surfels(
         geometry.position(triangle, weights), normal, face, albedo, geometry.color("emission", triangle, weights),
         np.asarray(place, np.int64), smooth,
     )  # fmt: skip
-    return made if towards is None else made.turned(dot(face, towards) < 0)
+    return made if behind is None else made.turned(behind)
 
 
 def along_rays(

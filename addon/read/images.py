@@ -40,7 +40,8 @@ class ImageReader:
             space = image.colorspace_settings.name
             reading.note(f"image '{image.name}' of colour space {space} is taken as sRGB")
         if not is_there(node):
-            raise ValueError(f"Image '{image.name}' cannot be read from '{image.filepath}': relink or pack it")
+            remedy = "relink it" if image.source in _MOVING else "relink or pack it"
+            raise ValueError(f"Image '{image.name}' cannot be read from '{image.filepath}': {remedy}")
         if image.source in _MOVING:  # only what renders shows the frame of the current time
             return Texture(image.name, np.full((1, 1, 3), 0.5, np.float32))
         # Cycles multiplies colours by alpha, unless the node's alpha is used, or is no alpha but a channel of data.
@@ -61,7 +62,7 @@ class ImageReader:
 def is_there(node: bpy.types.Node) -> bool:
     """Whether what the image of an evaluated node is read from is there."""
     image = node.image.original  # it keeps what is loaded to answer this
-    if image.source in _MOVING and not image.packed_files:
+    if image.source in _MOVING:  # what is packed is one frame, of which Blender takes no notice
         return Path(bpy.path.abspath(image.filepath_from_user(image_user=node.image_user))).is_file()
     return bool(image.size[0])
 

@@ -4,28 +4,38 @@
 
 They are baked like all that only Cycles can tell, in the object's space. Tangents, derivatives of heights and what
 nodes make of normals are then Cycles' own; what is left to do is what any mesh's normal needs, its object's matrix.
-From behind a surface shows its relief's back: so do Cycles' normal maps, but its bumps stand out on either side.
+From behind a surface shows its relief's back, but for bumps, which stand out on either side.
 """
 
 import numpy as np
 
-from ...gi_core.scene import ColorSource
+from ...gi_core.scene import NormalSource
 from .baked import baked
 from .constants import estimate
 from .expression import key_of
 from .nodes import Feed, Reading
 
 
-def read_normal(source: Feed, reading: Reading) -> ColorSource | None:
+def read_normal(source: Feed, reading: Reading) -> NormalSource | None:
     """The `Feed` of a Normal input as a normal in the object's space, None for the mesh's own."""
     source = _without_idle(source, reading)
     if source.node is None:
         return None
     # What is asked for twice is one thing.
-    found = reading.known.setdefault(("normal", key_of(source)), baked(source, reading, is_normal=True))
-    if found is None:
+    key = "normal", key_of(source)
+    if key not in reading.known:
+        found = baked(source, reading, is_normal=True)
+        reading.known[key] = found and NormalSource(found.value, found.texture, found.uv, _is_raised(source, reading))
+    if reading.known[key] is None:
         reading.note("its normal or bump map is left out")
-    return found
+    return reading.known[key]
+
+
+def _is_raised(source: Feed, reading: Reading) -> bool:
+    """Whether a normal comes of bumps on the mesh's own alone."""
+    while source.node is not None and source.node.type == "BUMP":
+        source = _without_idle(source.input("Normal"), reading)
+    return source.node is None
 
 
 def _without_idle(source: Feed, reading: Reading) -> Feed:

@@ -16,6 +16,7 @@ import numpy as np
 
 from ...gi_core.atlas import expected_sides
 from ...gi_core.scene import LIGHTMAP_UV as NAME
+from ...gi_core.settings import Settings
 from ...gi_core.texels import outside, overlap
 from ...gi_core.tiles import whole
 from .. import layout
@@ -23,7 +24,7 @@ from ..object_options import object_options
 
 # Angles between faces up to which they lie on one island [degrees]. The larger the fewer islands, but on some shapes
 # faces then come to lie on each other: then the next is tried.
-_ANGLES = (45, 20, 1)
+_ANGLES = (66, 45, 20, 1)
 
 # Share of what a UV map covers that may lie on each other, or outside.
 TOLERANCE = 0.002
@@ -41,7 +42,7 @@ def make(
     view_layer: bpy.types.ViewLayer,
     objects: Sequence[str],
     resolution: int | None = None,
-    padding: int = 2,
+    padding: int = Settings().room,
     density: float = 0.0,
     together: bool = False,
 ) -> list[str]:

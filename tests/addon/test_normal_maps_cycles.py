@@ -99,15 +99,26 @@ PLACES = [
 
 def test_normals_and_direct_light_wherever_objects_stand(tmp_path):
     """A square of each kind of material at each kind of place, from above under a sun."""
+    hold_against_cycles(tmp_path, KINDS, PLACES)
+
+
+def test_relief_from_behind(tmp_path):
+    """Maps show their back there, bumps stand out, on others too."""
+    kinds = {name: KINDS[name] for name in ("tangent space", "object space", "bump")}
+    kinds["two bumps"] = lambda t, p: bumped(t, 0.4, 1.0, Normal=bumped(t, 0.6, 0.5))
+    hold_against_cycles(tmp_path, kinds, [Euler((np.pi, 0, 0)).to_matrix().to_4x4() @ place for place in PLACES[1:]])
+
+
+def hold_against_cycles(tmp_path, kinds, places):
     picture, sharp = waves(), 3
-    for row, (name, kind) in enumerate(KINDS.items()):
+    for row, (name, kind) in enumerate(kinds.items()):
         tree = material(name)
         made = square(diffuse(tree, kind(tree, picture)), size=6.0, name=f"{name} 0")
-        for column, place in enumerate(PLACES):
+        for column, place in enumerate(places):
             thing = link(made.data, f"{name} {column}") if column else made
             thing.matrix_world = Matrix.Translation((8 * column + 4, 8 * row + 4, 0)) @ place @ Matrix.Translation(
                 (-3, -3, 0))  # fmt: skip
-    width, height = 8 * len(PLACES), 8 * len(KINDS)
+    width, height = 8 * len(places), 8 * len(kinds)
     overhead_camera(width, height)
     lamp("SUN", angle=0.0, energy=3.0).rotation_euler = 0.5, 0.6, 0
     layer = bpy.context.view_layer
@@ -125,8 +136,8 @@ def test_normals_and_direct_light_wherever_objects_stand(tmp_path):
     ours = from_lamps(tracer, here, 1, 0) / np.pi
     angle = np.degrees(np.arccos(np.clip(np.sum(normal * here.normal, -1), -1, 1)))
     tilt = np.degrees(np.arccos(np.clip(np.sum(here.smooth * here.normal, -1), -1, 1)))
-    for name in KINDS:
-        for column in range(len(PLACES)):
+    for name in kinds:
+        for column in range(len(places)):
             own = names == f"{name} {column}"
             assert own.sum() > 100 and tilt[own].mean() > 8
             # Cycles' bumps are differences over a pixel, which here is a tenth of a wave.

@@ -256,7 +256,8 @@ def saved(folder, name, color):
     bpy.data.images.remove(made)
 
 
-def test_tiles_and_sequences(tmp_path):
+@pytest.mark.parametrize("packed", [False, True])
+def test_tiles_and_sequences(tmp_path, packed):
     shades = ((0.8, 0.2, 0.1), (0.1, 0.7, 0.2), (0.2, 0.3, 0.9))
     for k, shade in enumerate(shades):
         saved(tmp_path, f"tile.{1001 + k}.png", shade)
@@ -267,6 +268,11 @@ def test_tiles_and_sequences(tmp_path):
     for k in (1, 2):
         tiled.tiles.new(1001 + k)
     frames = bpy.data.images.load(str(tmp_path / "frame.0001.png"))
+    if packed:  # of a sequence one frame, which Blender never shows
+        tiled.pack()
+        frames.pack()
+        for file in tmp_path.glob("tile.*.png"):
+            file.unlink()
     frames.source = "SEQUENCE"
 
     def sequence(tree):
@@ -286,6 +292,9 @@ def test_tiles_and_sequences(tmp_path):
         core = compared(tmp_path, [wide, play], 2, tolerance=200)
         found.append(core.materials[1].albedo.value)
     assert np.abs(found[0] - found[1]).max() > 0.1 and core.materials[0].albedo.texture
+    (tmp_path / "frame.0003.png").unlink()
+    with pytest.raises(ValueError, match="frame.*relink it"):
+        read_baked()
 
 
 def test_packed_and_generated_images(tmp_path):

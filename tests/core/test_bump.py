@@ -11,7 +11,7 @@ from gi_bake.gi_core.gathering import Every, gather
 from gi_bake.gi_core.geometry import Geometry
 from gi_bake.gi_core.rsm.settings import RsmSettings
 from gi_bake.gi_core.sampling import Samples
-from gi_bake.gi_core.scene import ColorSource, Environment, Instance
+from gi_bake.gi_core.scene import Environment, Instance, NormalSource
 from gi_bake.gi_core.surfels import Surfels
 from gi_bake.gi_core.trace import Tracer
 from gi_bake.gi_core.vpls import Vpls
@@ -80,7 +80,7 @@ def test_a_virtual_light_on_relief(visibility, slant):
 
 def mapped(matrix, normal=None):
     """A floor of a material with a normal of its own, one of a matrix."""
-    material = replace(shapes.matte(), normal=None if normal is None else ColorSource(np.float32(normal)))
+    material = replace(shapes.matte(), normal=None if normal is None else NormalSource(np.float32(normal)))
     made = shapes.scene([shapes.plate(0, 1)], [shapes.lamp("SUN", 2.0, (0, 0, 5))], material)
     return Tracer(Geometry(replace(made, instances=(Instance("plate", 0, matrix, (0,)),))))
 

@@ -84,6 +84,22 @@ def test_a_constant_stays_and_nothing_comes_from_outside():
     assert np.allclose(done[valid], 0.7, atol=1e-5) and (done[~valid] == 0).all()
 
 
+def test_islands_of_one_plane_keep_apart():
+    """Floors beside each other on a lightmap, and far apart in one plane: light of one is nothing to the others."""
+    row, column = (n.ravel() for n in np.mgrid[:41, :41])
+    there = (row != 20) & (column != 20)
+    row, column = row[there], column[there]
+    position = np.stack([column + 50 * (column > 20), row + 50 * (row > 20), 0 * row], -1).astype(np.float32)
+    up = np.broadcast_to(np.float32([0, 0, 1]), position.shape)
+    points = Surfels(position, up, up, 0 * position, 0 * position, row * 41 + column)
+    tracer = shapes.tracer([shapes.plate(-1, 1)])
+    light = np.random.default_rng(0).random((len(points), 3)).astype(np.float32)
+    other = (row > 20) | (column > 20)
+    done = [tiles.finish(images.smoothed(light * np.where(other, factor, 1)[:, None].astype(np.float32), points,
+                                         points.place, (41, 41), 3, tracer=tracer)) for factor in (1, 1000)]
+    assert np.array_equal(done[0][~other], done[1][~other]) and not np.allclose(done[0], light, atol=0.1)
+
+
 def test_light_does_not_pass_under_a_wall():
     """A floor of two rooms, lit on the left, as one lightmap: the wall between them keeps the filter out."""
     wall = shapes.quad((0, -1, 0), (0, 1, 0), (0, 1, 1), (0, -1, 1), name="wall")

@@ -24,3 +24,8 @@ def test_every_setting_says_what_it_does_and_its_bounds(kind):
     for f in fields(kind):
         assert len(f.metadata["description"].split()) > 3, f.name
         assert isinstance(f.default, bool) or f.metadata["choices"] or f.metadata["low"] is not None, f.name
+
+
+def test_two_islands_have_the_margin_between_them_unless_told_otherwise():
+    assert 2 * Settings().room == Settings().margin > 0
+    assert [Settings(margin=9, padding=padding).room for padding in (-1, 0, 2)] == [5, 0, 2]
