@@ -15,6 +15,7 @@ from ..bake import HOLDING, ON_MAIN_THREAD, Refused, bake
 from ..job import Job
 from ..properties import METHODS, TARGETS
 from ..result import Result
+from ..sentence import translated
 from ..session import session
 from .modal import Modal
 from .names import names_of
@@ -98,7 +99,7 @@ class GI_OT_bake(Modal, Operator):
         if line.images and not bpy.app.background:
             preview.show(line.images[0].image)
         for text in (*result.approximated, *result.warnings):
-            self.report({"INFO"}, text)
+            self.report({"INFO"}, translated(text, rpt_))
         self.report({"INFO"}, rpt_("Baked in {:.1f} s").format(seconds))
         return {"FINISHED"}
 

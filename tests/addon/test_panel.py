@@ -69,6 +69,22 @@ def test_chinese_is_complete(gi):
         assert other and other.count("{") == text.count("{"), text
 
 
+def test_what_is_not_as_in_cycles_is_said_in_chinese(gi, sample):
+    chinese, sentence = gi("addon.translations.zh_hans").ZH_HANS, gi("addon.sentence")
+
+    def put(text):
+        return sentence.translated(text, lambda template: chinese["*", template])
+
+    reading = gi("addon.read.nodes").Reading(sentence.Sentence("Material '{name}'", name="{A}"), None, [])
+    reading.note("its anisotropy is left out")
+    assert reading.notes == ["Material '{A}': its anisotropy is left out."]
+    assert put(reading.notes[0]) == "材质“{A}”：忽略其各向异性。"
+    bpy.ops.wm.open_mainfile(filepath=str(sample("materials")))
+    told = gi("addon.read").read_scene(bpy.context.scene, bpy.context.view_layer).approximated
+    assert len(told) > 5
+    assert [text for text in told if put(text) == text] == []
+
+
 def test_findings_are_said_in_chinese_with_their_names(gi):
     scene, said = bpy.context.scene, gi("addon.sentence").translated
     chinese = {text: other for (_, text), other in gi("addon.translations.zh_hans").ZH_HANS.items()}
