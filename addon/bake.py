@@ -45,8 +45,8 @@ from .sentence import Sentence
 from .stages import Stages
 from .write import lightmap_uvs
 
-# Where maps end, and light at coarse texels, roughly: of the whole, which the bar follows.
-_MAPS, _COARSE = 0.1, 0.6
+# What maps take of the whole, which the bar follows, and light at coarse texels of the rest, roughly.
+_MAPS, _COARSE = {"rsm": 0.1, "lpv": 0.7, "ssgi": 0.8}, 0.55
 
 # Points that stand for all that get light where lights are chosen.
 _GUIDES = 1 << 14
@@ -127,22 +127,22 @@ def bake(
         names = tuple(name for name in names if by_method.method_of(scene, job, name) == job.method)
     receivers = _receivers(tracer, job, camera, names, due.pages)
 
-    emitted = None
+    emitted, maps = None, 0.0
     if job.target == "volume" or (job.wants("indirect") and receivers):
         spread = None if job.target == "volume" else guides(tracer, names, camera, _GUIDES)
         asked = Asked(spread, [camera] if camera else read.cameras, history)
-        work = named("maps", METHODS[job.method].emit(tracer, asked, job.settings))
-        emitted = yield from stages.follow(work, 0, _MAPS if receivers else 1, {"maps": 1.0})
+        work, maps = named("maps", METHODS[job.method].emit(tracer, asked, job.settings)), _MAPS[job.method]
+        emitted = yield from stages.follow(work, 0, maps if receivers else 1, {"maps": 1.0})
     volume = emitted if isinstance(emitted, lpv.Volume) else None
     views = emitted if job.method == "ssgi" and emitted else []
 
-    coarse, done = None, _MAPS
+    coarse, done = None, maps
     step = getattr(job.settings, "interpolation", 1)
     if step > 1 and job.target == "lightmap" and emitted is not None:
-        done = _COARSE
+        done = maps + _COARSE * (1 - maps)
         alone = replace(job, settings=replace(job.settings, light="indirect"))
         of = _receivers(tracer, job, None, names, [page.coarser(step) for page in due.pages])
-        canvases, more = yield from _collected(tracer, alone, emitted, None, of, None, stages, (_MAPS, done))
+        canvases, more = yield from _collected(tracer, alone, emitted, None, of, None, stages, (maps, done))
         coarse, notes = Coarse.of(tracer, step, of, canvases), notes + more
     canvases, more = yield from _collected(
         tracer, job, emitted, camera, receivers, preview, stages, (done, 1), coarse

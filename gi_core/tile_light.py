@@ -64,7 +64,7 @@ class TileLight:
         """Works a tile out. A generator of (stage, its share); returns layers (h, w, c), see `images.resolved`, with
         light "Lamps", "Around" and "Indirect" [W/m²] and "Centred"; and the Estimate of the latter two.
 
-        seen: is shown the layers "Around" and "Indirect" after each pass.
+        seen: is shown the three layers of light when direct light is known, after each pass, and smoothed.
         """
         settings, shape, subpixels = self.settings, tile.shape, tile.bands[0].receiver.subpixels
         points, place, centred = yield from named("points", tile.points())
@@ -80,11 +80,15 @@ class TileLight:
         def show(values: np.ndarray):
             seen(layers({"Lamps": direct, "Around": values[:, 0], "Indirect": values[:, 1]}))
 
+        if seen and self.direct:
+            show(np.zeros((len(points), 2, 3), np.float32))
         estimate = yield from named("gather", self._gathered(points, place, tile, show if seen else None))
         values = estimate.values
         if settings.denoise == "bilateral" and tile.bands[0].receiver.is_image:
             values = yield from named("denoise", self._smoothed(estimate, points, place, tile))
         found = layers({"Lamps": direct, "Around": values[:, 0], "Indirect": values[:, 1]})
+        if seen:
+            seen(found)
         found["Centred"] = images.spread(centred[:, None], place, shape)[::subpixels, ::subpixels]
         if self.camera:
             band = tile.bands[0]
@@ -149,6 +153,8 @@ class TileLight:
             estimate.values[:, 1] = yield from self._between(points, place, tile)
         elif self.emitted is not None and not in_passes:
             estimate.values[:, 1] = yield from self._indirect(points, Samples(settings.samples))
+        if seen and not in_passes:
+            seen(estimate.values)
         return estimate
 
     def _indirect(self, points: Surfels, samples: Samples) -> Iterator[float]:

@@ -325,3 +325,51 @@ def test_several_scenes_and_view_layers_keep_to_themselves(gi):
     assert not first.gi_bake.results
     [line] = second.gi_bake.results
     assert line.view_layer == "Floor only" and line.name == second.name
+
+
+def test_every_operator_fails_as_it_should(gi, tmp_path):
+    """What each says where it cannot do anything, or that it cannot even be asked for; and none while a bake is on."""
+    scene, ops, session = bpy.context.scene, bpy.ops.gi, gi("addon.session").session
+    (tmp_path / "file").touch()
+    nobody = '["Nobody"]'
+    bpy.ops.gi.bake(target="IMAGE")
+
+    def error(operator, match, **given):
+        with pytest.raises(RuntimeError, match=match):
+            operator(**given)
+
+    def no_camera(operator):
+        scene.camera = None
+        error(operator, "NO_CAMERA")
+        scene.camera = bpy.data.objects["Camera"]
+
+    def nothing_to_show():
+        for image in list(bpy.data.images):
+            bpy.data.images.remove(image)
+        assert ops.show() == {"CANCELLED"}
+
+    fails = {
+        "bake": lambda: error(ops.bake, "UNKNOWN_OBJECT", target="LIGHTMAP", objects="Nobody"),
+        "cancel": lambda: error(ops.cancel, "poll"),
+        "check": lambda: no_camera(ops.check),
+        "compare": lambda: error(ops.compare, "NOT_WRITTEN", samples=1, folder=str(tmp_path / "file")),
+        "apply": lambda: error(ops.apply, "poll"),
+        "show": nothing_to_show,
+        "make_uvs": lambda: ops.make_uvs(objects='["Floor"]') == {"CANCELLED"},
+        "show_in_render": lambda: ops.show_in_render(objects=nobody) == {"CANCELLED"},
+        "make_single_user": lambda: ops.make_single_user(objects=nobody) == {"CANCELLED"},
+        "select": lambda: ops.select(objects=nobody) == {"CANCELLED"},
+    }
+    cannot = {"remove", "add_camera", "use_bilateral", "clear_cache", *(f"{m}_preset_add" for m in METHODS)}
+    there = {cls.bl_idname.removeprefix("gi.") for cls in classes(gi("addon").__name__.removesuffix(".addon"))
+             if issubclass(cls, bpy.types.Operator)}  # fmt: skip
+    assert there == fails.keys() | cannot
+    for name, fail in fails.items():
+        before = names()
+        assert fail() in {None, True}, name
+        assert name == "show" or names() == before, name
+    session.run = SimpleNamespace(close=lambda: None)
+    polls = {name: getattr(ops, name).poll() for name in there}
+    session.run = None
+    free = {"cancel", "show", "clear_cache", *(f"{m}_preset_add" for m in METHODS)}
+    assert not any(polls[name] for name in there - free), polls
