@@ -130,7 +130,8 @@ def bake(
     emitted, maps = None, 0.0
     if job.target == "volume" or (job.wants("indirect") and receivers):
         spread = None if job.target == "volume" else guides(tracer, names, camera, _GUIDES)
-        asked = Asked(spread, [camera] if camera else read.cameras, history)
+        shown = partial(preview, "", slice(0, camera.resolution[1])) if preview and camera else None
+        asked = Asked(spread, [camera] if camera else read.cameras, history, shown)
         work, maps = named("maps", METHODS[job.method].emit(tracer, asked, job.settings)), _MAPS[job.method]
         emitted = yield from stages.follow(work, 0, maps if receivers else 1, {"maps": 1.0})
     volume = emitted if isinstance(emitted, lpv.Volume) else None
