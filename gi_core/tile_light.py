@@ -64,7 +64,8 @@ class TileLight:
         """Works a tile out. A generator of (stage, its share); returns layers (h, w, c), see `images.resolved`, with
         light "Lamps", "Around" and "Indirect" [W/m²] and "Centred"; and the Estimate of the latter two.
 
-        seen: is shown the three layers of light when direct light is known, after each pass, and smoothed.
+        seen: is shown the three layers of light: direct light first and after each pass, where reflected light comes in
+            passes, and what is found.
         """
         settings, shape, subpixels = self.settings, tile.shape, tile.bands[0].receiver.subpixels
         points, place, centred = yield from named("points", tile.points())
@@ -80,7 +81,7 @@ class TileLight:
         def show(values: np.ndarray):
             seen(layers({"Lamps": direct, "Around": values[:, 0], "Indirect": values[:, 1]}))
 
-        if seen and self.direct:
+        if seen and self.direct and self.technique.in_passes(settings):
             show(np.zeros((len(points), 2, 3), np.float32))
         estimate = yield from named("gather", self._gathered(points, place, tile, show if seen else None))
         values = estimate.values
@@ -146,7 +147,7 @@ class TileLight:
 
         if self.direct or in_passes:
             goal = Goal(settings.samples, settings.noise_threshold, settings.time_limit * self.share)
-            estimate = yield from refined(one_pass, goal, seen)
+            estimate = yield from refined(one_pass, goal, seen if in_passes else None)
         else:
             estimate = Estimate(np.zeros((n, 2, 3), np.float32), settings.samples, None)
         if self.coarse is not None:
