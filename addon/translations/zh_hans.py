@@ -93,7 +93,7 @@ _TEXTS = {
     "Connect the baked light to the materials, so that every renderer shows it; Remove takes it out again": "将烘焙的光照连接到材质，使所有渲染器都能显示；“移除”可撤出",
     "Take the result out of the materials and out of the file; files in folders stay": "从材质和文件中移除结果；文件夹中的文件保留",
     "Show the result in an Image Editor, in a new window where none is free": "在图像编辑器中显示结果；没有空闲编辑器时打开新窗口",
-    "Delete what is in the cache folder: comparisons of files that are not saved, and timings": "删除缓存文件夹的内容：未保存文件的对比和用时记录",
+    "Delete what is kept: baked materials, comparisons of files that are not saved, and timings": "删除缓存内容：已烘焙的材质、未保存文件的对比和用时记录",
     "Give each object a UV map for its lightmap, without overlaps; other UV maps stay as they are": "为每个物体创建无重叠的光照贴图 UV；其他 UV 贴图保持不变",
     "Let the objects render, and the collections and view layers that they are in": "使物体及其所在的集合和视图层参与渲染",
     "Add a camera that sees what the 3D view sees, or else the whole scene, and make it the active one": "添加与 3D 视图视角相同（否则能看到整个场景）的摄像机并设为活动摄像机",
@@ -206,7 +206,7 @@ _TEXTS = {
     "Threads": "线程",
     "Cores that a bake uses, 0 for all; fewer leave the machine usable and take longer. The result is the same with any number": "烘焙使用的核心数，0 表示全部；较少时电脑仍可使用，但用时更长。结果与数量无关",
     "Cache Folder": "缓存文件夹",
-    "Folder for comparisons and timings of files that are not saved; empty takes Blender's folder for this extension": "未保存文件的对比和用时记录的文件夹；留空使用 Blender 为此扩展提供的文件夹",
+    "Folder for baked materials, comparisons of files that are not saved, and timings; empty takes Blender's own folders": "已烘焙材质、未保存文件的对比和用时记录的文件夹；留空使用 Blender 自己的文件夹",
     # Shared settings
     "Samples": "采样",
     "Samples of reflected light for each pixel, texel or vertex, and as many of emitting surfaces and of the sky; noise falls with their number, time grows with it": "每像素、纹素或顶点的反射光采样数，自发光表面和天空采样数与之相同；数量越多噪点越少、用时越长",

@@ -294,13 +294,26 @@ def test_a_users_preset_comes_back(gi):
     assert not bpy.utils.preset_find("Mine_of_test", "gi_bake/rsm")
 
 
-def test_the_cache_is_counted_and_cleared(gi):
+def test_the_cache_is_counted_and_cleared(gi, tmp_path, monkeypatch):
     preferences = gi("addon.preferences")
     bpy.ops.gi.bake(target="IMAGE")  # which leaves its time there
     assert preferences.cache_size() > 0
     timing = gi("addon.timing")
     assert timing.expected(bpy.context.scene, bpy.context.view_layer) > 0
+    textures = gi("addon.read.texture_cache")
+    monkeypatch.setenv("GI_BAKE_CACHE", str(tmp_path / "materials"))
+    before = preferences.cache_size()
+    textures.TextureCache(textures.default_folder()).save("key", np.zeros((8, 8, 3), np.float32))
+    (tmp_path / "materials" / "of somebody").touch()
+    assert preferences.cache_size() > before
     assert bpy.ops.gi.clear_cache() == {"FINISHED"}
+    assert [path.name for path in (tmp_path / "materials").iterdir()] == ["of somebody"]
+    monkeypatch.delenv("GI_BAKE_CACHE")
+    preferences.preferences().cache = str(tmp_path)
+    assert textures.default_folder() == tmp_path / "gi_bake" / "materials"
+    preferences.preferences().cache = ""
+    assert textures.default_folder() != tmp_path / "gi_bake" / "materials"
+    monkeypatch.setenv("GI_BAKE_CACHE", str(tmp_path / "materials"))
     assert preferences.cache_size() == 0 and not bpy.ops.gi.clear_cache.poll()
 
 
