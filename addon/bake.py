@@ -41,11 +41,12 @@ from .read.camera import read_cameras
 from .read.images import ImageReader
 from .read.surface_bakes import SurfaceBakes
 from .result import Light, Result
+from .sentence import Sentence
 from .stages import Stages
 from .write import lightmap_uvs
 
-# Where maps end, and light at coarse texels, roughly: of the whole, which the bar follows.
-_MAPS, _COARSE = 0.1, 0.6
+# What maps take of the whole, which the bar follows, and light at coarse texels of the rest, roughly.
+_MAPS, _COARSE = {"rsm": 0.1, "lpv": 0.7, "ssgi": 0.8}, 0.55
 
 # Points that stand for all that get light where lights are chosen.
 _GUIDES = 1 << 14
@@ -105,7 +106,9 @@ def bake(
         spares = gpu_context.spared(job.method, items, job.settings.samples)
         device, why_not = gpu_context.device(job.settings.device, job.settings.memory << 20, spares)
     if why_not:
-        notes.append(f"NO_GPU: the graphics card was asked for; the processor computed: {why_not}")
+        notes.append(
+            Sentence("NO_GPU: the graphics card was asked for; the processor computed: {why}", why=why_not)
+        )
     yield 0.0, "trees"
     with stages.time("trees"):
         tracer = Tracer(Geometry(core), device)
@@ -124,27 +127,28 @@ def bake(
         names = tuple(name for name in names if by_method.method_of(scene, job, name) == job.method)
     receivers = _receivers(tracer, job, camera, names, due.pages)
 
-    emitted = None
+    emitted, maps = None, 0.0
     if job.target == "volume" or (job.wants("indirect") and receivers):
         spread = None if job.target == "volume" else guides(tracer, names, camera, _GUIDES)
-        asked = Asked(spread, [camera] if camera else read.cameras, history)
-        work = named("maps", METHODS[job.method].emit(tracer, asked, job.settings))
-        emitted = yield from stages.follow(work, 0, _MAPS if receivers else 1, {"maps": 1.0})
+        shown = partial(preview, "", slice(0, camera.resolution[1])) if preview and camera else None
+        asked = Asked(spread, [camera] if camera else read.cameras, history, shown)
+        work, maps = named("maps", METHODS[job.method].emit(tracer, asked, job.settings)), _MAPS[job.method]
+        emitted = yield from stages.follow(work, 0, maps if receivers else 1, {"maps": 1.0})
     volume = emitted if isinstance(emitted, lpv.Volume) else None
     views = emitted if job.method == "ssgi" and emitted else []
 
-    coarse, done = None, _MAPS
+    coarse, done = None, maps
     step = getattr(job.settings, "interpolation", 1)
     if step > 1 and job.target == "lightmap" and emitted is not None:
-        done = _COARSE
+        done = maps + _COARSE * (1 - maps)
         alone = replace(job, settings=replace(job.settings, light="indirect"))
         of = _receivers(tracer, job, None, names, [page.coarser(step) for page in due.pages])
-        canvases, more = yield from _collected(tracer, alone, emitted, None, of, None, stages, (_MAPS, done))
+        canvases, more = yield from _collected(tracer, alone, emitted, None, of, None, stages, (maps, done))
         coarse, notes = Coarse(step, canvases), notes + more
     canvases, more = yield from _collected(
         tracer, job, emitted, camera, receivers, preview, stages, (done, 1), coarse
     )
-    notes += more + ([volume.summary] if volume else [])
+    notes += more + ([_of_volume(volume)] if volume else [])
     with stages.time("layers"):
         layers, light = {}, {}
         if camera:
@@ -203,7 +207,7 @@ def _read(
         raise Refused([preflight.no_camera(scene)])
     if getattr(settings, "box", ""):
         job = replace(job, settings=replace(settings, box=box_corners(settings.box, scene)))
-    return _Read(job, core, cameras, made, [f"{f.code}: {f.message}" for f in findings])
+    return _Read(job, core, cameras, made, [f.told for f in findings])
 
 
 def _collected(
@@ -347,14 +351,32 @@ def _shown(preview: Preview, tile: Tile) -> Callable[[dict[str, np.ndarray]], No
     return show
 
 
+def _of_volume(volume: lpv.Volume) -> Sentence:
+    """How fine a volume is, and how large."""
+    if not volume.levels:
+        return Sentence("volume: there is no light in it")
+    grids = [level.grid for level in volume.levels]
+    return Sentence(
+        "volume: {count} cascades, {cells} cells, the finest of {cell:.3g} m, {size:.1f} MB",
+        count=len(grids), cells=sum(grid.size for grid in grids), cell=grids[0].cell, size=volume.nbytes / 2**20,
+    )  # fmt: skip
+
+
 def _notes(settings: Settings, reused: list[tuple[float, int]], estimates: list[Estimate]) -> list[str]:
     """Sentences on how the light was found."""
     notes = []
     if reused:
         share = sum(n for n, _ in reused) / max(1, sum(n for _, n in reused))
-        notes.append(f"interpolation: {share:.1%} of the image's points reuse their neighbours' light")
+        notes.append(
+            Sentence("interpolation: {share:.1%} of the image's points reuse their neighbours' light", share=share)
+        )
     if estimates and (settings.noise_threshold or settings.time_limit):
         samples = min(estimate.samples for estimate in estimates)
         noise = max(estimate.noise for estimate in estimates)
-        notes.append(f"refinement: {samples} samples for each point, relMSE {noise:.2g} by the spread of passes")
+        notes.append(
+            Sentence(
+                "refinement: {samples} samples for each point, relMSE {noise:.2g} by the spread of passes",
+                samples=samples, noise=noise,
+            )
+        )  # fmt: skip
     return notes

@@ -15,6 +15,7 @@ from ..gi_core.geometry import Geometry
 from ..gi_core.seams import Seams, atlas_seams
 from ..gi_core.settings import Settings
 from .result import Light
+from .sentence import Sentence
 
 
 def finished(geometry: Geometry, pages: Sequence[Page], light: dict[str, Light], settings: Settings) -> Iterator[float]:
@@ -42,9 +43,19 @@ def finished(geometry: Geometry, pages: Sequence[Page], light: dict[str, Light],
             found[page.name] = whole.before, whole.after, len(cuts)
     notes = []
     if hidden:
-        notes.append(f"inside: {hidden} texels lie inside of something, or at its border: filled from around them")
+        notes.append(
+            Sentence(
+                "inside: {hidden} texels lie inside of something, or at its border: filled from around them",
+                hidden=hidden,
+            )
+        )  # fmt: skip
     if found:
         pairs = sum(n for _, _, n in found.values())
         before, after = (sum(f[k] * f[2] for f in found.values()) / pairs for k in (0, 1))
-        notes.append(f"seams: the two sides disagree by {after:.2%}, before stitching by {before:.2%}")
+        notes.append(
+            Sentence(
+                "seams: the two sides disagree by {after:.2%}, before stitching by {before:.2%}",
+                after=after, before=before,
+            )
+        )  # fmt: skip
     return done, notes

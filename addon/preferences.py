@@ -9,6 +9,7 @@ from bpy.props import EnumProperty, IntProperty, StringProperty
 from bpy.types import AddonPreferences
 
 from ..gi_core import tiles
+from .read import texture_cache
 
 # The root of the package: `gi_bake`, or `bl_ext.REPOSITORY.gi_bake` as an extension.
 PACKAGE = __package__.rpartition(".")[0]
@@ -22,6 +23,10 @@ DEVICES = (
 
 def _threads_changed(preferences, _context):
     tiles.use_threads(preferences.threads)
+
+
+def _cache_changed(preferences, _context):
+    texture_cache.use_folder(cache_folder() / "materials" if preferences.cache else None)
 
 
 class GiBakePreferences(AddonPreferences):
@@ -43,9 +48,10 @@ class GiBakePreferences(AddonPreferences):
     )
     cache: StringProperty(
         name="Cache Folder",
-        description="Folder for comparisons and timings of files that are not saved; empty takes Blender's folder for "
-        "this extension",
+        description="Folder for baked materials, comparisons of files that are not saved, and timings; empty takes "
+        "Blender's own folders",
         subtype="DIR_PATH",
+        update=_cache_changed,
     )
 
     def draw(self, _context):
@@ -86,8 +92,9 @@ def cache_folder() -> Path:
 
 
 def cached_files() -> list[Path]:
-    folder = cache_folder()
-    return [path for path in folder.rglob("*") if path.is_file()] if folder.is_dir() else []
+    """Comparisons and timings, and baked materials, which may lie in a folder with other things."""
+    found = (*cache_folder().rglob("*"), *texture_cache.default_folder().glob("*.npy"))
+    return [path for path in dict.fromkeys(found) if path.is_file()]
 
 
 def cache_size() -> int:
@@ -99,8 +106,10 @@ def register():
     bpy.utils.register_class(GiBakePreferences)
     if chosen := preferences():
         tiles.use_threads(chosen.threads)
+        _cache_changed(chosen, None)
 
 
 def unregister():
     bpy.utils.unregister_class(GiBakePreferences)
     tiles.use_threads(0)
+    texture_cache.use_folder(None)

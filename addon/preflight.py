@@ -22,7 +22,7 @@ from .read import read_scene
 from .read.images import ImageReader, is_there
 from .read.nodes import Reading
 from .read.surface_bakes import SurfaceBakes
-from .sentence import Sentence
+from .sentence import Sentence, said
 from .write import lightmap_uvs, volumes
 from .write.attributes import AttributeTargetError, check_targets
 
@@ -44,6 +44,11 @@ class Finding:
     object: str
     message: str
     remedy: str
+
+    @property
+    def told(self) -> Sentence:
+        """The code and the message, for where a bake goes on."""
+        return Sentence("{code}: {message}", code=self.code, message=said(self.message))
 
 
 def check(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, **job) -> list[Finding]:

@@ -20,6 +20,11 @@ class Sentence(str):
         return self  # which never changes
 
 
+def said(text: str) -> Sentence:
+    """A text as one that can be a value in another and is then translated with it."""
+    return text if isinstance(text, Sentence) else Sentence(text)
+
+
 def translated(text: str, translate: Callable[[str], str]) -> str:
     """A text in the language of `translate`, which is given templates and texts without values."""
     if not isinstance(text, Sentence):

@@ -21,12 +21,14 @@ class Asked:
     """Who asks for light.
 
     guides: surfels spread over all that gets light, None where it may be asked for anywhere. cameras: that look at it.
-    history: what a technique left of the frame before, None without.
+    history: what a technique left of the frame before, None without. shown: is given the picture of a camera so far,
+        (h, w, 3) E/π, by techniques that work one out; None where nobody looks.
     """
 
     guides: Surfels | None
     cameras: Sequence[Camera] = ()
     history: object | None = None
+    shown: Callable[[np.ndarray], None] | None = None
 
 
 @dataclass(frozen=True)
@@ -69,7 +71,7 @@ METHODS = {
     ),
     "ssgi": Technique(
         SsgiSettings,
-        lambda tracer, asked, settings: ssgi.views(tracer, asked.cameras, settings, asked.history),
+        lambda tracer, asked, settings: ssgi.views(tracer, asked.cameras, settings, asked.history, asked.shown),
         ssgi.indirect,
         # It takes its noise out itself, but where Open Image Denoise is asked for.
         noisy=lambda settings: settings.denoise == "oidn",

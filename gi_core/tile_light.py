@@ -71,7 +71,8 @@ class TileLight:
         light "Lamps", "Around" and "Indirect" [W/m²], bool "Centred", whether the surface covers the texel's middle,
         and but for a camera "Inside", what no light reaches inside of something; and the Estimate of the latter two.
 
-        seen: is shown the layers "Around" and "Indirect" after each pass.
+        seen: is shown the three layers of light: direct light first and after each pass, where reflected light comes in
+            passes, and what is found.
         """
         settings, shape, subpixels = self.settings, tile.shape, tile.bands[0].receiver.subpixels
         points, place, centred = yield from named("points", tile.points())
@@ -87,12 +88,16 @@ class TileLight:
         def show(values: np.ndarray):
             seen(layers({"Lamps": direct, "Around": values[:, 0], "Indirect": values[:, 1]}))
 
+        if seen and self.direct and self.technique.in_passes(settings):
+            show(np.zeros((len(points), 2, 3), np.float32))
         estimate = yield from named("gather", self._gathered(points, place, tile, show if seen else None))
         values = estimate.values
         inside = None if self.camera else self._inside(points, direct + values.sum(1))
         if settings.smooths and tile.bands[0].receiver.is_image:
             values = yield from named("denoise", self._smoothed(estimate, points, place, tile))
         found = layers({"Lamps": direct, "Around": values[:, 0], "Indirect": values[:, 1]})
+        if seen:
+            seen(found)
         found["Centred"] = images.spread(centred[:, None], place, shape)[::subpixels, ::subpixels]
         if inside is not None:
             found["Inside"] = images.spread(inside[:, None], place, shape)
@@ -174,13 +179,15 @@ class TileLight:
 
         if self.direct or in_passes:
             goal = Goal(settings.samples, settings.noise_threshold, settings.time_limit * self.share)
-            estimate = yield from refined(one_pass, goal, seen)
+            estimate = yield from refined(one_pass, goal, seen if in_passes else None)
         else:
             estimate = Estimate(np.zeros((n, 2, 3), np.float32), settings.samples, None)
         if self.coarse is not None:
             estimate.values[:, 1] = yield from self._between(points, place, tile)
         elif self.emitted is not None and not in_passes:
             estimate.values[:, 1] = yield from self._indirect(points, Samples(settings.samples))
+        if seen and not in_passes:
+            seen(estimate.values)
         return estimate
 
     def _indirect(self, points: Surfels, samples: Samples) -> Iterator[float]:

@@ -16,6 +16,7 @@ from ...gi_core.atlas import Place
 from ...gi_core.tiles import relayed, whole, within
 from ..read.box import box_corners
 from ..result import Result
+from ..sentence import Sentence
 from ..write.attributes import loops_of
 from ..write.images import file_stem
 from . import curves as over_time
@@ -142,7 +143,9 @@ def comparable(result: Result, view_layer: bpy.types.ViewLayer) -> tuple[list[st
     """Names of the objects that Cycles can bake too, and sentences on those that it cannot."""
     every = [place.name for page in result.pages for place in page.places] or list(result.light)
     names = [name for name in every if view_layer.objects[name].type == "MESH"]
-    return names, [f"{name} is no mesh: not compared" for name in every if name not in names]
+    return names, [
+        Sentence("{name} is no mesh: not compared", name=name) for name in every if name not in names
+    ]
 
 
 def _what(result: Result) -> tuple:

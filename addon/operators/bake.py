@@ -15,6 +15,7 @@ from ..bake import HOLDING, ON_MAIN_THREAD, Refused, bake
 from ..job import Job
 from ..properties import METHODS, TARGETS
 from ..result import Result
+from ..sentence import translated
 from ..session import session
 from .modal import Modal
 from .names import names_of
@@ -70,6 +71,7 @@ class GI_OT_bake(Modal, Operator):
         # A scene may be undone, renamed or gone when the bake ends.
         self._names, self._begun = (scene.name, view_layer.name), time.perf_counter()
         self._work = timing.work(scene, view_layer)
+        seen = seen if self._job.target in {"image", "lightmap"} else None
         return bake(scene, view_layer, self._job, folder if wanted else None, seen)
 
     def _no_objects(self, scene, view_layer, objects) -> None:
@@ -98,7 +100,7 @@ class GI_OT_bake(Modal, Operator):
         if line.images and not bpy.app.background:
             preview.show(line.images[0].image)
         for text in (*result.approximated, *result.warnings):
-            self.report({"INFO"}, text)
+            self.report({"INFO"}, translated(text, rpt_))
         self.report({"INFO"}, rpt_("Baked in {:.1f} s").format(seconds))
         return {"FINISHED"}
 

@@ -10,7 +10,7 @@ from .. import preferences
 
 
 class GI_OT_clear_cache(Operator):
-    """Delete what is in the cache folder: comparisons of files that are not saved, and timings"""
+    """Delete what is kept: baked materials, comparisons of files that are not saved, and timings"""
 
     bl_idname = "gi.clear_cache"
     bl_label = "Clear Cache"
@@ -24,6 +24,8 @@ class GI_OT_clear_cache(Operator):
         return True
 
     def execute(self, context):
+        for path in preferences.cached_files():
+            path.unlink(missing_ok=True)
         shutil.rmtree(preferences.cache_folder(), ignore_errors=True)
         return {"FINISHED"}
 

@@ -5,6 +5,8 @@
 Each looks again after it has done its work, so that what is no longer wrong is no longer shown.
 """
 
+from dataclasses import replace
+
 import bpy
 from bpy.app.translations import pgettext_rpt as rpt_
 from bpy.props import StringProperty
@@ -12,8 +14,11 @@ from bpy.types import Operator
 from mathutils import Vector
 
 from .. import asked
+from ..bake import ON_MAIN_THREAD, making_uvs
+from ..stages import Stages
 from ..write import lightmap_uvs
 from .check import check
+from .modal import Modal
 from .names import names_of
 from .poll import busy
 
@@ -29,6 +34,9 @@ REMEDIES = {
     "UNSAVED_RELATIVE_PATH": ("wm.save_mainfile", "Save .blend"),
     "DENOISER_MISSING": ("gi.use_bilateral", "Use Bilateral Filter"),
 }
+
+# What making UV maps does, and what each takes of it, roughly.
+_UNWRAPPING = {"overlaps": 0.1, "unwrap": 0.9}
 
 
 class _Remedy:
@@ -56,20 +64,38 @@ class _Remedy:
         if not names:
             self.report({"WARNING"}, "There was nothing to do")
             return {"CANCELLED"}
-        check(context.scene, context.view_layer)
+        _look_again(context)
         self.report({"INFO"}, ", ".join(names))
         return {"FINISHED"}
 
 
-class GI_OT_make_uvs(_Remedy, Operator):
+def _look_again(context) -> None:
+    """Checks anew, beside a living window where there is one."""
+    if bpy.app.background or context.window is None:
+        check(context.scene, context.view_layer)
+    else:
+        bpy.ops.gi.check("INVOKE_DEFAULT")
+
+
+class GI_OT_make_uvs(_Remedy, Modal, Operator):
     """Give each object a UV map for its lightmap, without overlaps; other UV maps stay as they are"""
 
     bl_idname = "gi.make_uvs"
     bl_label = "Make UV Maps"
+    holding = frozenset(_UNWRAPPING)
 
-    def execute(self, context):
-        objects = [obj.name for obj in self._chosen(context) if obj.type == "MESH"]
-        return self._done(context, lightmap_uvs.make(context.scene, context.view_layer, objects))
+    def _begin(self, context, seen):
+        objects = tuple(obj.name for obj in self._chosen(context) if obj.type == "MESH")
+        job = asked.job(context.scene, context.view_layer, target="lightmap", objects=objects)
+        job = replace(job, uv="", settings=replace(job.settings, unwrap="missing"))
+        return Stages().follow(making_uvs(context.scene, context.view_layer, job), 0, 1, _UNWRAPPING)
+
+    def _on_main(self):
+        return ON_MAIN_THREAD.__contains__
+
+    def _end(self, context, made):
+        lightmap_uvs.put_all(made)
+        return self._done(context, [obj.name for obj in context.scene.objects if obj.data in made])
 
 
 class GI_OT_show_in_render(_Remedy, Operator):
@@ -117,7 +143,7 @@ class GI_OT_add_camera(Operator):
             camera.matrix_world = view.view_matrix.inverted()
         else:
             _frame(camera, scene, context.view_layer)
-        check(scene, context.view_layer)
+        _look_again(context)
         self.report({"INFO"}, camera.name)
         return {"FINISHED"}
 
@@ -163,9 +189,13 @@ class GI_OT_use_bilateral(Operator):
     bl_label = "Use Bilateral Filter"
     bl_options = {"REGISTER", "UNDO"}
 
+    @classmethod
+    def poll(cls, context):
+        return not busy(cls)
+
     def execute(self, context):
         context.scene.gi_bake.denoise = "BILATERAL"
-        check(context.scene, context.view_layer)
+        _look_again(context)
         return {"FINISHED"}
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from ...gi_core.scene import Camera
 from ...gi_core.settings import SettingError
+from ..sentence import Sentence
 from .render_depsgraph import with_render_depsgraph
 
 
@@ -41,10 +42,15 @@ def read_camera(camera: bpy.types.Object, render: bpy.types.RenderSettings, note
     """
     data = camera.data
     if camera.type != "CAMERA" or data.type not in {"PERSP", "ORTHO"}:
-        notes.append(f"Camera '{camera.name}': only perspective and orthographic cameras are baked; it is left out.")
+        notes.append(
+            Sentence(
+                "Camera '{name}': only perspective and orthographic cameras are baked; it is left out.",
+                name=camera.name,
+            )
+        )  # fmt: skip
         return None
     if data.dof.use_dof:
-        notes.append(f"Camera '{camera.name}': depth of field is left out.")
+        notes.append(Sentence("Camera '{name}': depth of field is left out.", name=camera.name))
     width = render.resolution_x * render.resolution_percentage // 100
     height = render.resolution_y * render.resolution_percentage // 100
     pixel = render.pixel_aspect_y / render.pixel_aspect_x

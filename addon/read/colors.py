@@ -5,6 +5,7 @@
 import numpy as np
 
 from ...gi_core.scene import ColorSource
+from ..sentence import Sentence, said
 from .baked import baked
 from .constants import LUMINANCE, MIXES, estimate, is_color_mix, mix_inputs
 from .images import is_known_space
@@ -22,8 +23,14 @@ def read_color(source: Feed, reading: Reading, what: str) -> ColorSource:
     if color is not None:
         return color
     value, doubt = estimate(source, reading)
-    reading.note(f"{what}, which '{doubt}' gives, is taken as {text(value)} everywhere")
+    reading.note(_everywhere(what, doubt, text(value)))
     return constant(value)
+
+
+def _everywhere(what: str, doubt: str, value: str) -> Sentence:
+    return Sentence(
+        "{what}, which '{node}' gives, is taken as {value} everywhere", what=said(what), node=doubt, value=value
+    )
 
 
 def _exact(source: Feed, reading: Reading, what: str) -> ColorSource | None:
@@ -33,7 +40,12 @@ def _exact(source: Feed, reading: Reading, what: str) -> ColorSource | None:
         return constant(set_value(source.socket))
     if node.type == "TEX_IMAGE" and source.socket.name == "Color" and (uv := uv_map(source, reading)) is not None:
         if node.interpolation not in {"Linear", "Closest"}:
-            reading.note(f"{what}: interpolation {node.interpolation} of '{node.name}' is taken as Linear")
+            reading.note(
+                Sentence(
+                    "{what}: interpolation {kind} of '{node}' is taken as Linear", what=said(what),
+                    kind=node.interpolation, node=node.name,
+                )
+            )  # fmt: skip
         return ColorSource(np.ones(3, np.float32), reading.images.texture(node, reading), uv)
     if node.type in MIXES and is_color_mix(node) and node.blend_type in {"MIX", "MULTIPLY"}:
         factor, a, b = (feed(socket, source.groups) for socket in mix_inputs(node))
@@ -56,7 +68,7 @@ def read_number(source: Feed, reading: Reading, what: str) -> float:
     value, doubt = estimate(source, reading)
     number = float(value @ LUMINANCE if source.socket.type == "RGBA" else value.mean())
     if doubt:
-        reading.note(f"{what}, which '{doubt}' gives, is taken as {number:.3g} everywhere")
+        reading.note(_everywhere(what, doubt, f"{number:.3g}"))
     return number
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import bpy
 import numpy as np
 
+from ..sentence import Sentence
 from .constants import estimate
 from .nodes import Feed, Reading, feed, set_value
 from .signatures import signature
@@ -38,11 +39,11 @@ _OF_OBJECT = {
 
 # What lies beyond the object that is baked, and what makes copies of one object differ: these are not there.
 _NOT_THERE = {
-    "AMBIENT_OCCLUSION": "sees nothing but the object itself",
-    "PARTICLE_INFO": "is left at 0",
-    "HAIR_INFO": "is left at 0",
-    "POINT_INFO": "is left at 0",
-    "VOLUME_INFO": "is left at 0",
+    "AMBIENT_OCCLUSION": "'{node}' sees nothing but the object itself",
+    "PARTICLE_INFO": "'{node}' is left at 0",
+    "HAIR_INFO": "'{node}' is left at 0",
+    "POINT_INFO": "'{node}' is left at 0",
+    "VOLUME_INFO": "'{node}' is left at 0",
 }
 
 # Place of an output in a tree: names of the group nodes that it lies in, outermost first, of its node, its identifier.
@@ -99,16 +100,16 @@ def expression(source: Feed, reading: Reading, is_normal: bool = False) -> Expre
 def _notes(source: Feed) -> Iterator[str]:
     node = source.node
     if _is(source, _OF_VIEW):
-        yield f"'{node.name}' depends on the view, and its mean is taken"
+        yield Sentence("'{node}' depends on the view, and its mean is taken", node=node.name)
     if what := _NOT_THERE.get(node.type):
-        yield f"'{node.name}' {what}"
+        yield Sentence(what, node=node.name)
     if node.type == "NEW_GEOMETRY" and source.socket.name == "Pointiness":
-        yield f"'{node.name}' takes the mesh's triangles for how pointed it is"
+        yield Sentence("'{node}' takes the mesh's triangles for how pointed it is", node=node.name)
     kind = getattr(node, "attribute_type", "GEOMETRY")
     if getattr(node, "from_instancer", False) or kind == "INSTANCER":
-        yield f"'{node.name}' is taken of the object, not of what shows copies of it"
+        yield Sentence("'{node}' is taken of the object, not of what shows copies of it", node=node.name)
     if kind == "VIEW_LAYER":
-        yield f"'{node.name}' is left at 0"
+        yield Sentence("'{node}' is left at 0", node=node.name)
 
 
 def key_of(source: Feed) -> Key:

@@ -6,6 +6,7 @@ import numpy as np
 
 from ...gi_core.gloss import fresnel_mean
 from ...gi_core.scene import BLACK, MATTE, WHITE, ColorSource, Gloss
+from ..sentence import Sentence
 from .colors import read_color, read_number
 from .factors import read_factor
 from .nodes import Feed, Reading
@@ -56,7 +57,11 @@ def gloss_sum(parts: list[tuple[float, Gloss]], reading: Reading) -> Gloss:
     roughness = parts[0][1].roughness
     if any(not _same(gloss.roughness, roughness) for _, gloss in parts):
         roughness = constant(np.average([mean(gloss.roughness)[0] for _, gloss in parts], weights=weights))
-        reading.note(f"its roughness, a mix of several, is taken as {roughness.value[0]:.3g} everywhere")
+        reading.note(
+            Sentence(
+                "its roughness, a mix of several, is taken as {value:.3g} everywhere", value=float(roughness.value[0])
+            )
+        )
     _, ior = max((weight * mean(gloss.dielectric)[0], gloss.ior) for weight, gloss in parts)
     return Gloss(roughness, ior=ior, **made)
 
@@ -79,5 +84,5 @@ def _roughness(source: Feed, anisotropy: str, reading: Reading) -> ColorSource:
     if read_number(source.input(anisotropy), reading, "anisotropy"):
         reading.note("its anisotropy is left out")
     if source.node.distribution != "MULTI_GGX":
-        reading.note(f"'{source.node.name}' is taken as Multiscatter GGX")
+        reading.note(Sentence("'{node}' is taken as Multiscatter GGX", node=source.node.name))
     return read_factor(source.input("Roughness"), reading, "its roughness")

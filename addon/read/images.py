@@ -10,6 +10,7 @@ import numpy as np
 
 from ...gi_core.scene import Texture
 from ...gi_core.texture import srgb_to_linear
+from ..sentence import Sentence
 
 if TYPE_CHECKING:
     from .nodes import Reading
@@ -38,7 +39,9 @@ class ImageReader:
             raise ValueError(f"{reading.owner}: node '{node.name}' has no image: choose one or remove the node")
         if not is_known_space(image):
             space = image.colorspace_settings.name
-            reading.note(f"image '{image.name}' of colour space {space} is taken as sRGB")
+            reading.note(
+                Sentence("image '{image}' of colour space {space} is taken as sRGB", image=image.name, space=space)
+            )
         if not is_there(node):
             remedy = "relink it" if image.source in _MOVING else "relink or pack it"
             raise ValueError(f"Image '{image.name}' cannot be read from '{image.filepath}': {remedy}")

@@ -8,6 +8,7 @@ import bpy
 import numpy as np
 
 from ...gi_core.scene import Light
+from ..sentence import Sentence
 from .images import ImageReader
 from .nodes import Reading, node_tree, output_feed
 from .sources import mean
@@ -30,7 +31,7 @@ def read_lights(depsgraph: bpy.types.Depsgraph, images: ImageReader, notes: list
 def read_light(source: bpy.types.Object, matrix: np.ndarray, images: ImageReader, notes: list[str]) -> Light:
     """`source`, an evaluated object with a light, at `matrix` (4, 4) as a `Light`."""
     data = source.data
-    reading = Reading(f"Light '{source.name}'", images, notes)
+    reading = Reading(Sentence("Light '{name}'", name=source.name), images, notes)
     if source.light_linking.receiver_collection or source.light_linking.blocker_collection:
         reading.note("light linking is left out: it shines on everything")
     power = data.energy * 2.0**data.exposure * np.array(data.color[:], np.float64)
@@ -85,7 +86,7 @@ def _emission(data: bpy.types.Light, reading: Reading) -> np.ndarray:
         return np.zeros(3)
     color = read_surface(source, reading).emission
     if color.texture:
-        reading.note(f"its image '{color.texture.name}' is taken as its mean colour")
+        reading.note(Sentence("its image '{image}' is taken as its mean colour", image=color.texture.name))
     return mean(color)
 
 

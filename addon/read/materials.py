@@ -6,6 +6,7 @@ import bpy
 import numpy as np
 
 from ...gi_core.scene import MATTE, WHITE, Gloss, Material, Mesh
+from ..sentence import Sentence
 from .expression import Expression
 from .images import ImageReader
 from .nodes import Mismatch, Reading, node_tree, output_feed
@@ -102,8 +103,8 @@ class MaterialReader:
 
     def _reading(self, material, wanted, baked, whole: bool) -> Reading:
         return Reading(
-            f"Material '{material.name}'", self._images, [], glossy=self._glossy, wanted=wanted, baked=baked,
-            whole=whole, frame=self._frame,
+            Sentence("Material '{name}'", name=material.name), self._images, [], glossy=self._glossy, wanted=wanted,
+            baked=baked, whole=whole, frame=self._frame,
         )  # fmt: skip
 
 
@@ -116,7 +117,7 @@ def read_material(material: bpy.types.Material, reading: Reading) -> Material:
     surface = read_surface(source, reading) if source else Surface()
     for name in ("Volume", "Displacement"):
         if output_feed(tree, "OUTPUT_MATERIAL", name):
-            reading.note(f"its {name.lower()} is left out")
+            reading.note(Sentence("its {what} is left out", what=Sentence(name.lower())))
     albedo = surface.albedo
     if np.any(albedo.value > 1) and albedo.texture is None:
         reading.note("a colour above 1 is taken as 1, since no surface reflects more light than it gets")

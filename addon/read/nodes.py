@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import bpy
 import numpy as np
 
+from ..sentence import Sentence, said
 from .images import ImageReader
 
 
@@ -57,7 +58,7 @@ class Reading:
 
     def note(self, text: str) -> None:
         """Tells something of the owner."""
-        self.note_once(f"{self.owner}: {text}.")
+        self.note_once(Sentence("{owner}: {text}.", owner=said(self.owner), text=said(text)))
 
     def note_once(self, sentence: str) -> None:
         """Tells something of the whole scene."""

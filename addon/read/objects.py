@@ -9,6 +9,7 @@ import numpy as np
 
 from ...gi_core.scene import Instance, Mesh
 from ..object_options import object_options
+from ..sentence import Sentence
 from .meshes import read_mesh
 
 # Types of object that render, but not as surfaces.
@@ -68,15 +69,15 @@ def read_objects(
 def _left_out(source: bpy.types.Object) -> Iterator[str]:
     """Sentences on what Cycles would make of an evaluated object and the bake does not."""
     if source.type in _NO_SURFACES:
-        yield f"Object '{source.name}': objects of type {source.type} are left out."
+        yield Sentence("Object '{name}': objects of type {kind} are left out.", name=source.name, kind=source.type)
     particles = [system.settings for system in source.particle_systems]
     if any(settings.type == "HAIR" and settings.render_type == "PATH" for settings in particles):
-        yield f"Object '{source.name}': its hair is left out."
+        yield Sentence("Object '{name}': its hair is left out.", name=source.name)
     if source.type != "MESH":
         return
     flags = ("visible_camera", "visible_diffuse", "visible_shadow")
     if not all(getattr(source, flag) for flag in flags) or source.is_holdout or source.is_shadow_catcher:
-        yield f"Object '{source.name}': its ray visibility is left out: everything sees it."
+        yield Sentence("Object '{name}': its ray visibility is left out: everything sees it.", name=source.name)
 
 
 def _is_own_surface(entry: bpy.types.DepsgraphObjectInstance) -> bool:

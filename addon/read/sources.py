@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...gi_core.scene import WHITE, ColorSource, Texture
+from ..sentence import Sentence, said
 from .nodes import Mismatch, Reading
 
 
@@ -32,7 +33,7 @@ def product(a: ColorSource, b: ColorSource, reading: Reading, what: str) -> Colo
         return scaled(b, a.value) if a.texture is None else scaled(a, b.value)
     if not are_alike([a, b]):
         _mismatch(reading)
-        reading.note(f"{what}, a product of two images, is taken with the second one's mean")
+        reading.note(Sentence("{what}, a product of two images, is taken with the second one's mean", what=said(what)))
         return scaled(a, mean(b))
     return _texel_by_texel(np.multiply, [a, b])
 
@@ -48,7 +49,11 @@ def total(colors: list[ColorSource], reading: Reading, what: str) -> ColorSource
         return _texel_by_texel(lambda *values: sum(values), colors)
     _mismatch(reading)
     value = sum(mean(color) for color in colors)
-    reading.note(f"{what}, a mix of several images, is taken as {text(value)} everywhere")
+    reading.note(
+        Sentence(
+            "{what}, a mix of several images, is taken as {value} everywhere", what=said(what), value=text(value)
+        )
+    )
     return constant(value)
 
 

@@ -21,6 +21,7 @@ import numpy as np
 from ...gi_core.scene import ColorSource, Mesh, Texture
 from ...gi_core.triangle_atlas import TriangleAtlas, triangle_atlas
 from ...gi_core.vectors import normalize
+from ..sentence import Sentence
 from .expression import Expression, Key
 from .mesh_copies import MeshCopy
 from .places import Place
@@ -98,12 +99,14 @@ class SurfaceBakes:
                 alike[own] = Patch(material.original, expressions, index, slots, place)
                 self.patches.append(alike[own])
                 if np.count_nonzero(np.isin(mesh.slots, slots)) > _TRIANGLES:
-                    alike[own].note = f"mesh '{mesh.name}' has too many triangles to bake it"
+                    alike[own].note = Sentence("mesh '{mesh}' has too many triangles to bake it", mesh=mesh.name)
                 elif index not in self._meshes:
                     self._meshes[index] = MeshCopy.of(entry.object, mesh)
             else:
                 patches = list(alike.values())[:_OBJECTS]
-                patches[0].note = f"objects of one mesh differ in it; all but {_OBJECTS} are taken as one of those"
+                patches[0].note = Sentence(
+                    "objects of one mesh differ in it; all but {number} are taken as one of those", number=_OBJECTS
+                )
                 alike[own] = patches[len(alike) % _OBJECTS]
         return alike[own]
 

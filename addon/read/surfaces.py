@@ -9,6 +9,7 @@ import numpy as np
 
 from ...gi_core.gloss import fresnel_mean
 from ...gi_core.scene import BLACK, MATTE, WHITE, ColorSource, Gloss
+from ..sentence import Sentence
 from .colors import read_color, read_number
 from .factors import read_factor
 from .gloss import gloss_sum, glossy_bsdf, principled_gloss, specular_ior
@@ -18,10 +19,12 @@ from .sources import applied, are_alike, complement, constant, mean, product, qu
 
 # Without `glossy`, and with it.
 _GLOSS_NOTES = (
-    "Reflections in glossy surfaces are not baked; they light other surfaces as if they were diffuse.",
-    "What glossy surfaces reflect lights other surfaces as if it were diffuse.",
+    Sentence("Reflections in glossy surfaces are not baked; they light other surfaces as if they were diffuse."),
+    Sentence("What glossy surfaces reflect lights other surfaces as if it were diffuse."),
 )
-_VIEW_NOTE = "What a Principled BSDF reflects diffusely depends on the view; its mean over all views is taken."
+_VIEW_NOTE = Sentence(
+    "What a Principled BSDF reflects diffusely depends on the view; its mean over all views is taken."
+)
 
 
 @dataclass(frozen=True)
@@ -65,14 +68,16 @@ def read_surface(source: Feed, reading: Reading) -> Surface:
         case "BSDF_TRANSPARENT":
             color = mean(read_color(source.input("Color"), reading, "the colour of what is transparent"))
             if np.ptp(color) > 0:
-                reading.note(f"'{node.name}' lets light of all colours through alike")
+                reading.note(Sentence("'{node}' lets light of all colours through alike", node=node.name))
             return Surface(alpha=constant(np.clip(1 - color.mean(), 0, 1)))
         case "ADD_SHADER":
             return _sum([(WHITE, read_surface(source.input(index), reading)) for index in (0, 1)], reading)
         case "SUBSURFACE_SCATTERING" | "BSDF_TRANSLUCENT" | "BSDF_SHEEN" | "BSDF_TOON":
-            reading.note(f"'{node.name}' is taken as diffuse")
+            reading.note(Sentence("'{node}' is taken as diffuse", node=node.name))
             return _diffuse(source, reading)
-    reading.note(f"'{node.name}' has no diffuse part; what it reflects or lets through is left out")
+    reading.note(
+        Sentence("'{node}' has no diffuse part; what it reflects or lets through is left out", node=node.name)
+    )
     return Surface()
 
 
@@ -88,14 +93,15 @@ def _principled(source: Feed, reading: Reading) -> Surface:
     _note_roughness(source, "Diffuse Roughness", reading)
     for name in ("Coat Weight", "Sheen Weight"):
         if _in_use(source, name):
-            reading.note(f"its {name.split()[0].lower()} is left out")
+            reading.note(Sentence("its {what} is left out", what=Sentence(name.split()[0].lower())))
     if _in_use(source, "Subsurface Weight"):
         reading.note("subsurface scattering is taken as diffuse")
     metal, glass = (read_factor(source.input(n), reading, n.lower()) for n in ("Metallic", "Transmission Weight"))
     opaque = complement(metal)
     dull = product(opaque, complement(glass), reading, "what is neither metal nor glass")
     if mean(glass)[0] * (1 - mean(metal)[0]) > 0:
-        reading.note(f"{mean(opaque)[0] - mean(dull)[0]:.0%} of it is glass, whose light is left out")
+        share = float(mean(opaque)[0] - mean(dull)[0])
+        reading.note(Sentence("{share:.0%} of it is glass, whose light is left out", share=share))
     normal = read_normal(source.input("Normal"), reading)
     albedo = gloss_albedo = BLACK
     if dull.value.any() or metal.value.any():

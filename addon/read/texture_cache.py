@@ -16,11 +16,21 @@ _LIMIT = 1 << 30
 # What half floats hold.
 _HALF = 65000.0
 
+_chosen: list[Path] = []
+
+
+def use_folder(folder: Path | None) -> None:
+    """Takes another default folder; None for the usual one."""
+    _chosen[:] = [folder] if folder else []
+
 
 def default_folder() -> Path:
-    """$GI_BAKE_CACHE, or where Blender keeps what it can make again, or else where the system does."""
-    if chosen := os.environ.get("GI_BAKE_CACHE"):
-        return Path(chosen)
+    """$GI_BAKE_CACHE, or what `use_folder` said, or where Blender keeps what it can make again, or else where the
+    system does."""
+    if told := os.environ.get("GI_BAKE_CACHE"):
+        return Path(told)
+    if _chosen:
+        return _chosen[0]
     base = getattr(bpy.app, "cachedir", "") or tempfile.gettempdir()
     return Path(base) / "gi_bake" / "materials"
 

@@ -7,6 +7,7 @@ import numpy as np
 from mathutils import Euler
 
 from ...gi_core.scene import Environment, Texture
+from ..sentence import Sentence
 from .colors import read_number
 from .constants import estimate
 from .images import ImageReader
@@ -45,13 +46,15 @@ def read_environment(
     tree = node_tree(world)
     if not tree:
         return Environment(np.array(world.color[:], np.float32))
-    reading = Reading(f"World '{world.name}'", images, notes)
+    reading = Reading(Sentence("World '{name}'", name=world.name), images, notes)
     source = output_feed(tree, "OUTPUT_WORLD", "Surface")
     if source is None or not world.cycles_visibility.diffuse:  # the latter: Cycles lights diffuse surfaces without it
         return Environment(np.zeros(3, np.float32))
     if panorama is not None:
         height, width = panorama.pixels.shape[:2]
-        reading.note(f"its nodes are taken as an image of {width} × {height} pixels")
+        reading.note(
+            Sentence("its nodes are taken as an image of {width} × {height} pixels", width=width, height=height)
+        )
         return Environment(np.ones(3, np.float32), panorama)
     return _image(source, reading) or Environment(_mean_color(source, reading))
 
@@ -59,7 +62,7 @@ def read_environment(
 def _mean_color(source: Feed, reading: Reading) -> np.ndarray:
     color = read_surface(source, reading).emission
     if color.texture:
-        reading.note(f"image '{color.texture.name}' is taken as its mean colour")
+        reading.note(Sentence("image '{image}' is taken as its mean colour", image=color.texture.name))
     return mean(color).astype(np.float32)
 
 

@@ -30,14 +30,3 @@ class Volume:
     @property
     def nbytes(self) -> int:
         return sum(level.irradiance.nbytes for level in self.levels)
-
-    @property
-    def summary(self) -> str:
-        """What a log says of it."""
-        if not self.levels:
-            return "volume: there is no light in it"
-        finest, count = self.levels[0].grid, len(self.levels)
-        return (
-            f"volume: {count} cascade{'s' * (count > 1)}, {sum(level.grid.size for level in self.levels)} cells, the "
-            f"finest of {finest.cell:.3g} m, {self.nbytes / 2**20:.1f} MB"
-        )

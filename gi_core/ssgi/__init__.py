@@ -9,7 +9,9 @@
 `still` and `seen` are generators of progress; `tiles.finish` runs one to its value.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
 
 from .. import tiles
 from ..sampling import Samples
@@ -24,15 +26,19 @@ __all__ = ["History", "View", "indirect", "restored", "seen", "still", "views"]
 
 
 def views(
-    tracer: Tracer, cameras: Sequence[Camera], settings: SsgiSettings, history: History | None = None
+    tracer: Tracer,
+    cameras: Sequence[Camera],
+    settings: SsgiSettings,
+    history: History | None = None,
+    shown: Callable[[np.ndarray], None] | None = None,
 ) -> Iterator[float]:
     """What cameras see, lit: a generator of progress; returns a list of Views.
 
-    history: of the first camera's earlier picture.
+    history: of the first camera's earlier picture. shown: see `still`.
     """
     found = []
     for k, camera in enumerate(cameras):
-        work = still(tracer, camera, settings, history=None if k else history)
+        work = still(tracer, camera, settings, history=None if k else history, shown=shown)
         found.append((yield from tiles.within(k / len(cameras), (k + 1) / len(cameras), work)))
     return found
 

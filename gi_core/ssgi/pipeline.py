@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The passes in their order: trace, reproject, temporal filter, diffuse filter, both again."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -131,12 +131,18 @@ class Inputs:
 
 
 def still(
-    tracer: Tracer, camera: Camera, settings: SsgiSettings, probes: Probes | None = None, history: History | None = None
+    tracer: Tracer,
+    camera: Camera,
+    settings: SsgiSettings,
+    probes: Probes | None = None,
+    history: History | None = None,
+    shown: Callable[[np.ndarray], None] | None = None,
 ) -> Iterator[float]:
     """`settings.frames` passes over a camera's picture.
 
     probes: what stands in where the screen shows nothing; None bakes some where the settings want them.
-    history: of an earlier picture, to go on from.
+    history: of an earlier picture, to go on from. shown: is given the light so far after each pass, direct light with
+        it, (H, W, 3) E/π.
     A generator of progress; returns a View.
     """
     settings = settings.preset
@@ -158,6 +164,10 @@ def still(
         # An earlier picture's filtered light is to be found while it is known where its points went.
         whole = each or k == settings.frames - 1 or (k == 0 and history is not None)
         radiance, history, layers = yield from tiles.within(begin, end, one_pass(inputs, history, settings, whole))
+        if shown:
+            (h, w), step = full.depth.shape, 1 if settings.full_resolution else 2
+            indirect = tracer.device.numpy(radiance).repeat(step, 0).repeat(step, 1)
+            shown(indirect[:h, :w] + direct / np.float32(np.pi))
     device = tracer.device
     layers = {name: device.numpy(layer) for name, layer in layers.items()}
     return View(buffer, device.numpy(radiance), layers, history.of(device))

@@ -10,7 +10,9 @@ import bpy
 
 ADDON = Path(__file__).resolve().parents[2] / "addon"
 # Calls whose text a person reads.
-_SAYING = {"iface_", "rpt_", "poll_message_set", "pgettext_iface"}
+_SAYING = {"iface_", "rpt_", "poll_message_set", "pgettext_iface", "Sentence", "note"}
+# Calls whose later arguments name a quantity, to be said where that is not exact.
+_QUANTITIES = {"read_color", "read_number", "read_factor", "product", "total", "quotient", "summed"}
 # What findings are made of, by calls whose later arguments are sentences and by names of variables.
 _FINDING, _SENTENCES = {"_error", "_warning", "finding", "Finding"}, {"message", "remedy", "why"}
 _SAID_AS = {"text", "heading"}
@@ -78,11 +80,12 @@ def of_source() -> set[str]:
                 literal += node.args
             if name == "report":
                 literal += node.args[1:]
-            if name == "Sentence":
-                literal += node.args
+            if name in _QUANTITIES and file.parent.name == "read":
+                literal += node.args[1:]
             if name in _FINDING:
                 literal += node.args[2:]
             said |= _texts(literal)
+    said |= set(_module("addon.read.expression")._NOT_THERE.values())
     main, remedies = (_module(f"addon.{name}") for name in ("ui.main", "operators.remedies"))
     return (said | set(main.STAGES.values()) | {text for _, text in remedies.REMEDIES.values()}) - {""}
 

@@ -14,6 +14,7 @@ from gi_bake.addon.job import Job, NotThere
 from gi_bake.gi_core import metrics, tiles
 from gi_bake.gi_core.rsm.settings import RsmSettings
 from gi_bake.gi_core.settings import SettingError
+from gi_bake.gi_core.techniques import METHODS
 
 
 @pytest.fixture
@@ -113,6 +114,27 @@ def test_a_bake_changes_nothing_in_the_file_and_repeats_exactly(cornell):
 def test_progress_rises_to_the_end(cornell):
     shares = [fraction for fraction, _ in bake(cornell, bpy.context.view_layer, Job(resolution=32))]
     assert shares == sorted(shares) and 0.9 < shares[-1] <= 1
+
+
+@pytest.mark.parametrize("method", ["rsm", "lpv", "ssgi"])
+def test_the_picture_so_far_becomes_the_result(cornell, method):
+    seen, shares = [], []
+    settings = METHODS[method].settings(samples=32)
+    work = bake(
+        cornell, bpy.context.view_layer, Job(method=method, resolution=33, settings=settings), None,
+        lambda name, rows, light: seen.append((name, rows, light)),
+    )  # fmt: skip
+    layers = tiles.finish(tiles.relayed(work, lambda step: shares.append(step[0]) or step)).layers
+    assert shares == sorted(shares)
+    assert all((name, rows) == ("", slice(0, 33)) for name, rows, _ in seen)
+    assert np.allclose(seen[-1][2], layers["Diffuse Direct"] + layers["Diffuse Indirect"], atol=1e-5)
+    lamps = [np.allclose(light, layers["Diffuse Direct"], atol=1e-5) for _, _, light in seen]
+    assert lamps == [k == 0 and method == "rsm" for k in range(len(seen))], "what is known first is shown first"
+    if method == "ssgi":
+        assert len(seen) > settings.frames, "each pass over the picture is shown"
+        # The screen's picture of a pixel is that of its middle, the result's is smooth at borders.
+        last = seen[settings.frames - 1][2]
+        assert metrics.relmse(last, seen[-1][2]) < 0.2 < metrics.relmse(layers["Diffuse Direct"], seen[-1][2])
 
 
 def test_the_cameras_frame_is_the_one_that_is_set(sample):

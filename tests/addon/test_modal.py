@@ -34,10 +34,11 @@ class _Windows:
 
 def driven(gi, module, name):
     """An operator as a plain object, with its context and what it reports."""
-    classes = gi("addon.operators.modal").Modal, getattr(gi(f"addon.operators.{module}"), name)
+    own = getattr(gi(f"addon.operators.{module}"), name)
+    classes = [cls for cls in reversed(own.__mro__) if cls.__module__.startswith(gi("addon").__name__)]
     body = {name: method for cls in classes for name, method in vars(cls).items() if inspect.isfunction(method)}
     made = type(name, (), body)()
-    made.holding, made.said = classes[1].holding, []
+    made.holding, made.said = own.holding, []
     made.report = lambda kind, text: made.said.append((kind, text))
     made.context = SimpleNamespace(
         scene=bpy.context.scene, view_layer=bpy.context.view_layer, window=object(), window_manager=_Windows()
@@ -161,6 +162,27 @@ def test_a_check_beside_a_living_window(gi):
     assert follow(checking) == {"CANCELLED"} and left_over(checking) == []
     assert [f.code for f in session.findings(scene)] == ["NO_CAMERA"]
     assert [kind for kind, _ in checking.said] == [{"ERROR"}]
+
+
+def test_uv_maps_are_made_beside_a_living_window(gi, monkeypatch):
+    monkeypatch.setattr(gi("addon.operators.modal"), "_STEP", 1e-5)
+    session, scene = gi("addon.session").session, bpy.context.scene
+    chosen = [bpy.data.objects[name].data for name in ("Floor", "Ceiling")]
+    for mesh in chosen:
+        while mesh.uv_layers:
+            mesh.uv_layers.remove(mesh.uv_layers[0])
+    scene.gi_bake.target, before = "LIGHTMAP", names()
+    making = driven(gi, "remedies", "GI_OT_make_uvs")
+    making.objects = '["Floor", "Ceiling"]'
+    assert making._start(making.context) == {"RUNNING_MODAL"}
+    follow(making, lambda: session.run.stage == "unwrap")
+    assert names() == before and session.run, "the maps come at the end, all at once"
+    assert making.modal(making.context, ESC) == {"RUNNING_MODAL"}
+    assert follow(making) == {"CANCELLED"} and names() == before and left_over(making) == []
+    making._start(making.context)
+    assert follow(making) == {"FINISHED"} and left_over(making) == []
+    assert all([layer.name for layer in mesh.uv_layers] == ["GI Lightmap"] for mesh in chosen)
+    assert session.findings(scene) == (), "and it looks again"
 
 
 def test_a_comparison_to_the_end(gi, comparison, monkeypatch):

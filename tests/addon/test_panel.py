@@ -69,6 +69,22 @@ def test_chinese_is_complete(gi):
         assert other and other.count("{") == text.count("{"), text
 
 
+def test_what_is_not_as_in_cycles_is_said_in_chinese(gi, sample):
+    chinese, sentence = gi("addon.translations.zh_hans").ZH_HANS, gi("addon.sentence")
+
+    def put(text):
+        return sentence.translated(text, lambda template: chinese["*", template])
+
+    reading = gi("addon.read.nodes").Reading(sentence.Sentence("Material '{name}'", name="{A}"), None, [])
+    reading.note("its anisotropy is left out")
+    assert reading.notes == ["Material '{A}': its anisotropy is left out."]
+    assert put(reading.notes[0]) == "材质“{A}”：忽略其各向异性。"
+    bpy.ops.wm.open_mainfile(filepath=str(sample("materials")))
+    told = gi("addon.read").read_scene(bpy.context.scene, bpy.context.view_layer).approximated
+    assert len(told) > 5
+    assert [text for text in told if put(text) == text] == []
+
+
 def test_findings_are_said_in_chinese_with_their_names(gi):
     scene, said = bpy.context.scene, gi("addon.sentence").translated
     chinese = {text: other for (_, text), other in gi("addon.translations.zh_hans").ZH_HANS.items()}
@@ -278,13 +294,26 @@ def test_a_users_preset_comes_back(gi):
     assert not bpy.utils.preset_find("Mine_of_test", "gi_bake/rsm")
 
 
-def test_the_cache_is_counted_and_cleared(gi):
+def test_the_cache_is_counted_and_cleared(gi, tmp_path, monkeypatch):
     preferences = gi("addon.preferences")
     bpy.ops.gi.bake(target="IMAGE")  # which leaves its time there
     assert preferences.cache_size() > 0
     timing = gi("addon.timing")
     assert timing.expected(bpy.context.scene, bpy.context.view_layer) > 0
+    textures = gi("addon.read.texture_cache")
+    monkeypatch.setenv("GI_BAKE_CACHE", str(tmp_path / "materials"))
+    before = preferences.cache_size()
+    textures.TextureCache(textures.default_folder()).save("key", np.zeros((8, 8, 3), np.float32))
+    (tmp_path / "materials" / "of somebody").touch()
+    assert preferences.cache_size() > before
     assert bpy.ops.gi.clear_cache() == {"FINISHED"}
+    assert [path.name for path in (tmp_path / "materials").iterdir()] == ["of somebody"]
+    monkeypatch.delenv("GI_BAKE_CACHE")
+    preferences.preferences().cache = str(tmp_path)
+    assert textures.default_folder() == tmp_path / "gi_bake" / "materials"
+    preferences.preferences().cache = ""
+    assert textures.default_folder() != tmp_path / "gi_bake" / "materials"
+    monkeypatch.setenv("GI_BAKE_CACHE", str(tmp_path / "materials"))
     assert preferences.cache_size() == 0 and not bpy.ops.gi.clear_cache.poll()
 
 
@@ -309,3 +338,51 @@ def test_several_scenes_and_view_layers_keep_to_themselves(gi):
     assert not first.gi_bake.results
     [line] = second.gi_bake.results
     assert line.view_layer == "Floor only" and line.name == second.name
+
+
+def test_every_operator_fails_as_it_should(gi, tmp_path):
+    """What each says where it cannot do anything, or that it cannot even be asked for; and none while a bake is on."""
+    scene, ops, session = bpy.context.scene, bpy.ops.gi, gi("addon.session").session
+    (tmp_path / "file").touch()
+    nobody = '["Nobody"]'
+    bpy.ops.gi.bake(target="IMAGE")
+
+    def error(operator, match, **given):
+        with pytest.raises(RuntimeError, match=match):
+            operator(**given)
+
+    def no_camera(operator):
+        scene.camera = None
+        error(operator, "NO_CAMERA")
+        scene.camera = bpy.data.objects["Camera"]
+
+    def nothing_to_show():
+        for image in list(bpy.data.images):
+            bpy.data.images.remove(image)
+        assert ops.show() == {"CANCELLED"}
+
+    fails = {
+        "bake": lambda: error(ops.bake, "UNKNOWN_OBJECT", target="LIGHTMAP", objects="Nobody"),
+        "cancel": lambda: error(ops.cancel, "poll"),
+        "check": lambda: no_camera(ops.check),
+        "compare": lambda: error(ops.compare, "NOT_WRITTEN", samples=1, folder=str(tmp_path / "file")),
+        "apply": lambda: error(ops.apply, "poll"),
+        "show": nothing_to_show,
+        "make_uvs": lambda: ops.make_uvs(objects='["Floor"]') == {"CANCELLED"},
+        "show_in_render": lambda: ops.show_in_render(objects=nobody) == {"CANCELLED"},
+        "make_single_user": lambda: ops.make_single_user(objects=nobody) == {"CANCELLED"},
+        "select": lambda: ops.select(objects=nobody) == {"CANCELLED"},
+    }
+    cannot = {"remove", "add_camera", "use_bilateral", "clear_cache", *(f"{m}_preset_add" for m in METHODS)}
+    there = {cls.bl_idname.removeprefix("gi.") for cls in classes(gi("addon").__name__.removesuffix(".addon"))
+             if issubclass(cls, bpy.types.Operator)}  # fmt: skip
+    assert there == fails.keys() | cannot
+    for name, fail in fails.items():
+        before = names()
+        assert fail() in {None, True}, name
+        assert name == "show" or names() == before, name
+    session.run = SimpleNamespace(close=lambda: None)
+    polls = {name: getattr(ops, name).poll() for name in there}
+    session.run = None
+    free = {"cancel", "show", "clear_cache", *(f"{m}_preset_add" for m in METHODS)}
+    assert not any(polls[name] for name in there - free), polls

@@ -192,4 +192,3 @@ def test_memory_is_known_before():
     volume = tiles.finish(lpv.emit(ROOMS, points([[0.3, 0, 0]]), settings))
     assert volume.nbytes == memory(settings)
     assert memory(replace(settings, cascades=0)) == memory(replace(settings, cascades=6)), "at the most"
-    assert "2 cascades, 8192 cells" in volume.summary and f"{volume.nbytes / 2**20:.1f} MB" in volume.summary
