@@ -118,7 +118,7 @@ def gather(
     if device is not NUMPY:
         lights = lights.on(device)
         # Of the lights of all no list is made where they are not asked for one by one.
-        at_once = isinstance(pattern, Every) and not visibility and not surfels.is_bumpy
+        at_once = candidates == 1 and not visibility and not surfels.is_bumpy
         samples = 1 if at_once else pattern.lights // candidates
         parts = tiles.slices(len(surfels), _DEVICE_PAIRS // samples)
         for k, part in enumerate(parts):

@@ -4,7 +4,7 @@
 
 A call works on the thread it is made from and lets go of the interpreter while Embree runs, so callers that cut
 their work into tiles (`tiles.run`) use every core. A card takes all rays, on the main thread, which tiles ask;
-what both find is the same but for rounding.
+what both find is the same.
 """
 
 import threading

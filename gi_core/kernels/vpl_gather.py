@@ -58,8 +58,7 @@ def chosen(here, lights, pattern, bound: str = "disc", candidates: int = 1) -> n
 
 def chosen_on_gpu(gpu, here, lights, pattern, bound: str = "disc", candidates: int = 1):
     n, s = len(here), pattern.lights // candidates
-    halves = np.stack([here.place & 0xFFFF, here.place >> 16 & 0xFFFF], -1).astype(np.float32)
-    place = gpu.array(halves, 2)
+    place = _places(gpu, here)
     inputs, integers, floats = pattern.on_gpu(gpu, here, place)
     picked = gpu.empty((s, n, 2), 2)
     gpu.dispatch(
@@ -81,17 +80,30 @@ def unshadowed(here, lights, pattern, bound: str = "disc", candidates: int = 1) 
 
 
 def unshadowed_on_gpu(gpu, here, lights, pattern, bound: str = "disc", candidates: int = 1):
-    if "vpl_every" not in pattern.sources:
+    if candidates > 1:
         return gpu.run(added, gpu.run(chosen, here, lights, pattern, bound, candidates), lights.flux)
-    n = len(here)
-    irradiance = gpu.empty((n, 3), 3)
+    n, inputs = len(here), {**_points(here, lights), "flux": (lights.flux, 3)}
+    irradiance, integers = gpu.empty((n, 3), 3), {"samples": pattern.lights, "points": n}
+    defines = {"BLOCK": _BLOCK, "BOUND": BOUNDS.index(bound)}
+    if "vpl_every" in pattern.sources:
+        gpu.dispatch(
+            "vpl_gather_every", -(-n // _BLOCK), inputs, {"irradiance": irradiance}, integers, defines=defines,
+            with_sources=("vpl_transfer",), steps=_BLOCK * pattern.lights,
+        )  # fmt: skip
+        return irradiance
+    place = _places(gpu, here)
+    more, counts, floats = pattern.on_gpu(gpu, here, place)
     gpu.dispatch(
-        "vpl_gather_every", -(-n // _BLOCK), {**_points(here, lights), "flux": (lights.flux, 3)},
-        {"irradiance": irradiance},
-        integers={"samples": pattern.lights, "points": n}, defines={"BLOCK": _BLOCK, "BOUND": BOUNDS.index(bound)},
-        with_sources=("vpl_transfer",), steps=_BLOCK * pattern.lights,
+        "vpl_gather_some", n, {**inputs, "place": (place, 2), **more}, {"irradiance": irradiance},
+        {**integers, **counts}, floats, defines, ("hash01", "place", *pattern.sources, "vpl_transfer"), pattern.lights,
     )  # fmt: skip
     return irradiance
+
+
+def _places(gpu, here):
+    """Points' places in halves, which are exact on the card."""
+    halves = np.stack([here.place & 0xFFFF, here.place >> 16 & 0xFFFF], -1).astype(np.float32)
+    return gpu.array(halves, 2)
 
 
 def added(picked: np.ndarray, flux: np.ndarray) -> np.ndarray:
