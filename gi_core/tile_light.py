@@ -29,9 +29,9 @@ from .trace import Tracer
 # How long the stages of a tile take beside each other, roughly.
 _STAGES = {"points": 1, "lamps": 1, "gather": 5, "denoise": 1, "gloss": 5, "medium": 3}
 
-# A pixel's samples of a pass from which on each subpixel takes its part of them: these are stratified all the same, and
-# with one point for each pass the light's change within the pixel would stay as noise.
-_MANY = 16
+# Samples of a pass from which on each subpixel asks for itself: these are stratified all the same, and with one point
+# for each pass the light's change within the pixel would stay as noise.
+_MANY = 4
 
 
 @dataclass(frozen=True)
@@ -167,7 +167,7 @@ class TileLight:
             return values
 
         def one_pass(samples: Samples) -> Iterator[float]:
-            if samples.count * s2 >= _MANY:
+            if samples.count >= _MANY or not len(whole):
                 values = yield from of(points, samples)
                 values[whole] = values[whole].mean(1, keepdims=True)
                 return values
