@@ -293,7 +293,7 @@ def test_tiles_and_sequences(tmp_path, packed):
         found.append(core.materials[1].albedo.value)
     assert np.abs(found[0] - found[1]).max() > 0.1 and core.materials[0].albedo.texture
     (tmp_path / "frame.0003.png").unlink()
-    with pytest.raises(ValueError, match="frame.*relink it"):
+    with pytest.raises(ValueError, match=r"frame.*relink it"):
         read_baked()
 
 
