@@ -83,11 +83,13 @@ def bake(
     output: Path | None = None,
     preview: Preview | None = None,
     history: ssgi.History | None = None,
+    known: list[tuple[Scene, dict, list[str]]] | None = None,
 ) -> Steps:
     """The light of a scene at its current frame. A generator of (fraction, stage); returns a Result.
 
     output: the folder that files will go to, to be looked at before the work and not after it. preview: is shown what
-    there is after each pass, noisy as it is. history: of the frame before, of the same job.
+    there is after each pass, noisy as it is. history: of the frame before, of the same job. known: what the first of
+    a job's parts has read of the file.
 
     A step after a stage of ON_MAIN_THREAD belongs there, like the first one; the others may be taken on any thread.
 
@@ -95,10 +97,10 @@ def bake(
     """
     parts = by_method.parts(scene, job)
     if parts != [job]:
-        run = partial(bake, scene, view_layer, output=output, preview=preview)
+        run = partial(bake, scene, view_layer, output=output, preview=preview, known=[])
         return (yield from by_method.together(job, parts, run))
     stages = Stages()
-    read = yield from _read(scene, view_layer, job, output, stages)
+    read = yield from _read(scene, view_layer, job, output, stages, [] if known is None else known)
     job, core, notes = _with_denoiser(read.job), read.core, read.notes
     camera = core.camera.at(job.resolution) if job.target == "image" else None
     with stages.time("device"):
@@ -185,9 +187,27 @@ class _Read:
 
 
 def _read(
+    scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, job: Job, output: Path | None, stages: Stages, known: list
+) -> Steps:
+    """Reads the file, or takes what is known of it: a generator of (fraction, stage); returns _Read."""
+    if known:
+        yield 0.0, "read"
+    else:
+        known.append((yield from _read_file(scene, view_layer, job, output, stages)))
+    [(core, made, notes)] = known
+    with stages.time("read"):
+        cameras = read_cameras(scene, view_layer, job.cameras) or [core.camera]
+    if job.method == "ssgi" and cameras == [None]:
+        raise Refused([preflight.no_camera(scene)])
+    if getattr(job.settings, "box", ""):
+        job = replace(job, settings=replace(job.settings, box=box_corners(job.settings.box, scene)))
+    return _Read(job, core, cameras, made, list(notes))
+
+
+def _read_file(
     scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, job: Job, output: Path | None, stages: Stages
 ) -> Steps:
-    """Reads the file: a generator of (fraction, stage); returns _Read."""
+    """The scene, the lightmap UVs that it was given, and what was found: a generator of (fraction, stage)."""
     bakes, settings = SurfaceBakes(), job.settings
     made = yield from stages.announced(making_uvs(scene, view_layer, job))
     work = preflight.inspecting(
@@ -201,13 +221,7 @@ def _read(
     if bakes.patches:
         work = named("materials", with_bakes(core, scene, view_layer, bakes))
         core = yield from stages.follow(work, 0, 0, {})
-    with stages.time("read"):
-        cameras = read_cameras(scene, view_layer, job.cameras) or [core.camera]
-    if job.method == "ssgi" and cameras == [None]:
-        raise Refused([preflight.no_camera(scene)])
-    if getattr(settings, "box", ""):
-        job = replace(job, settings=replace(settings, box=box_corners(settings.box, scene)))
-    return _Read(job, core, cameras, made, [f.told for f in findings])
+    return core, made, [f.told for f in findings]
 
 
 def _collected(

@@ -75,7 +75,7 @@ class Settings:
         choices=("combined", "direct", "indirect"),
     )
     margin: int = setting(
-        4,
+        2,
         "Texels by which a lightmap's islands grow, so that filtering finds no black there",
         low=0,
         high=64,
@@ -131,7 +131,7 @@ class Settings:
     padding: int = setting(
         -1,
         "Texels that stay free around each island of lightmap UVs that are made, and around each object on an image; "
-        "-1 leaves half the margin, so that two islands that face each other have the margin between them",
+        "-1 leaves as many as islands grow by (margin), so that none grows into another's room",
         low=-1,
         high=64,
         unit="texels",
@@ -163,12 +163,10 @@ class Settings:
     def room(self) -> int:
         """Texels that stay free around islands.
 
-        No filter of a bake needs them: the bilateral one weighs by distances in the world, and Open Image Denoise gets
-        each island by itself. Look-ups of the finished image do: 1 texel where they are bilinear, 2ᵏ on mipmap k. Two
-        islands grow towards each other by half the margin at least, which is what is left to each; twice as much would
-        cost 60 objects on an image of 1024² half of their texels.
+        No filter of a bake needs them: the bilateral one ends where an island does, and Open Image Denoise gets each
+        island by itself. Look-ups of the finished image do: 1 texel where they are bilinear, 2ᵏ on mipmap k.
         """
-        return -(-self.margin // 2) if self.padding < 0 else self.padding
+        return self.margin if self.padding < 0 else self.padding
 
     def wanted(self, direct, indirect):
         """Of two parts of light, arrays, what the setting `light` asks for."""

@@ -43,8 +43,8 @@ class ImageReader:
                 Sentence("image '{image}' of colour space {space} is taken as sRGB", image=image.name, space=space)
             )
         if not is_there(node):
-            remedy = "relink it" if image.source in _MOVING else "relink or pack it"
-            raise ValueError(f"Image '{image.name}' cannot be read from '{image.filepath}': {remedy}")
+            ways = "relink it" if image.source in _MOVING else "relink or pack it"
+            raise ValueError(f"Image '{image.name}' cannot be read from '{image.filepath}': {ways}")
         if image.source in _MOVING:  # only what renders shows the frame of the current time
             return Texture(image.name, np.full((1, 1, 3), 0.5, np.float32))
         # Cycles multiplies colours by alpha, unless the node's alpha is used, or is no alpha but a channel of data.

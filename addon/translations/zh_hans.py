@@ -488,7 +488,7 @@ _TEXTS = {
     "Name of a lightmap that the object shares with others of the same group; empty for what the scene says": "该物体与同组其他物体共用的光照贴图名称；留空则按场景设置",
     "Points in the medium that each subpixel's ray looks at": "每条子像素光线在介质中查看的点数",
     "Share of the light that the medium stops which it scatters": "被介质拦下的光中散射出去的比例",
-    "Texels that stay free around each island of lightmap UVs that are made, and around each object on an image; -1 leaves half the margin, so that two islands that face each other have the margin between them": "所创建的光照贴图 UV 中每个孤岛周围，以及图像上每个物体周围保留的空白纹素数；-1 表示边距的一半，使相对的两个孤岛之间正好留有边距",
+    "Texels that stay free around each island of lightmap UVs that are made, and around each object on an image; -1 leaves as many as islands grow by (margin), so that none grows into another's room": "所创建的光照贴图 UV 中每个孤岛周围，以及图像上每个物体周围保留的空白纹素数；-1 表示与孤岛扩展的纹素数（边距）相同，使孤岛不会扩展到其他孤岛的空间",
     "The object casts shadows and reflects light; off, it only receives. Both off leave it out": "物体投射阴影并反射光照；关闭时只接收光照。两者都关闭则完全排除该物体",
     "Where the medium scatters to: back, evenly (0) or ahead (Henyey-Greenstein)": "介质的散射方向：向后、均匀（0）或向前（Henyey-Greenstein）",
     "Fog": "雾",

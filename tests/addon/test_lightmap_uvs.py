@@ -76,8 +76,8 @@ def test_sixty_objects_share_an_image_without_overlap_and_with_padding(props):
     image = np.full(1024 * 1024, -1)
     image[covered.place] = owner[covered.triangle]
     image = image.reshape(1024, 1024)
-    # Two islands stay the margin apart, less what their borders take of texels.
-    gap = settings.margin - 1
+    # Each island has the room that it grows into: two stay twice that apart, less what their borders take of texels.
+    gap = 2 * settings.margin - 1
     close = 0
     for dy in range(gap + 1):
         for dx in range(-gap, gap + 1):

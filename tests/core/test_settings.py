@@ -26,6 +26,6 @@ def test_every_setting_says_what_it_does_and_its_bounds(kind):
         assert isinstance(f.default, bool) or f.metadata["choices"] or f.metadata["low"] is not None, f.name
 
 
-def test_two_islands_have_the_margin_between_them_unless_told_otherwise():
-    assert 2 * Settings().room == Settings().margin > 0
-    assert [Settings(margin=9, padding=padding).room for padding in (-1, 0, 2)] == [5, 0, 2]
+def test_islands_have_the_room_that_they_grow_into_unless_told_otherwise():
+    assert Settings().room == Settings().margin > 0
+    assert [Settings(margin=9, padding=padding).room for padding in (-1, 0, 2)] == [9, 0, 2]
