@@ -101,7 +101,7 @@ def test_textures_that_are_gone_do_not_count(gpu):
 
 def test_a_card_of_small_textures_takes_more_tiles(gpu, sample, monkeypatch):
     bpy.ops.wm.open_mainfile(filepath=str(sample("cornell")))
-    job = Job(resolution=48, settings=replace(SETTINGS, device="gpu"))
+    job = Job(resolution=48, settings=replace(SETTINGS, device="gpu", denoise="bilateral"))
     most = []
     array = type(gpu).array
 
