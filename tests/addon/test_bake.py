@@ -119,7 +119,7 @@ def test_progress_rises_to_the_end(cornell):
 @pytest.mark.parametrize("method", ["rsm", "lpv", "ssgi"])
 def test_the_picture_so_far_becomes_the_result(cornell, method):
     seen, shares = [], []
-    settings = METHODS[method].settings(samples=32)
+    settings = METHODS[method].settings(samples=32, denoise="bilateral")
     work = bake(
         cornell, bpy.context.view_layer, Job(method=method, resolution=33, settings=settings), None,
         lambda name, rows, light: seen.append((name, rows, light)),
