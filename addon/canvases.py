@@ -45,14 +45,12 @@ def pixels(rows: slice, receiver: Receiver) -> slice:
 
 
 def without_noise(canvases: dict[str, dict[str, np.ndarray]], noisy: bool, apart: bool) -> Iterator[float]:
-    """Takes the noise out of all images; noisy: out of reflected light too. apart: each island by itself. A generator
-    of progress."""
+    """Takes the noise out of all images' diffuse light; noisy: out of what is reflected too. apart: each island by
+    itself. A generator of progress."""
     found = list(canvases.values())
-    kinds = ["Around", *(["Indirect"] if noisy else []), "Glossy Around", "Glossy Indirect"]
-    kinds = [kind for kind in kinds if any(kind in canvas for canvas in found)]
+    kinds = ["Around", *(["Indirect"] if noisy else [])]
     smoothed = denoise.smoothed_islands if apart else denoise.smoothed
     clean = yield from smoothed([np.concatenate([c[k] for k in kinds], -1) for c in found], found)
     for canvas, light in zip(found, clean):
         for kind, part in zip(kinds, np.split(light, len(kinds), axis=-1)):
-            valid = canvas["Glossy Color" if kind.startswith("Glossy") else "Coverage"].any(-1, keepdims=True)
-            canvas[kind] = np.where(valid, part, 0)
+            canvas[kind] = np.where(canvas["Coverage"] > 0, part, 0)

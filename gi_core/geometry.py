@@ -103,9 +103,11 @@ class Geometry:
         """Unit interpolated corner normals: (n,), (n, 3) -> (n, 3) float32."""
         return self._to_world(triangle, np.einsum("nk,nkc->nc", weights, self._normals[self.mesh_triangle(triangle)]))
 
-    def mapped_normal(self, triangle: np.ndarray, weights: np.ndarray, smooth: np.ndarray, behind=None) -> np.ndarray:
-        """Unit normals that materials give: (n,), (n, 3) -> (n, 3) float32; the interpolated ones, `smooth` (n, 3),
-        where they give none.
+    def mapped_normal(
+        self, triangle: np.ndarray, weights: np.ndarray, smooth: np.ndarray, behind=None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Unit normals that materials give, and those that light knows of under them: (n,), (n, 3) -> (n, 3) float32
+        twice; the interpolated ones, `smooth` (n, 3), where they give none.
 
         behind: (n,) bool, where the surface is seen from its back; the normals are those on the front all the same.
         """
@@ -116,10 +118,12 @@ class Geometry:
         mapped = self._to_world(triangle[here], local)
         out = smooth.copy()
         out[here] = np.where(np.any(mapped != 0, -1, keepdims=True), mapped, smooth[here])
+        kinds = [(False, False) if s is None else (s.raised, s.own) for s in sources]
+        raised, own = np.array(kinds, bool)[material].T
         if behind is not None:
-            back = behind & np.array([s is not None and s.raised for s in sources], bool)[material]
+            back = behind & raised
             out[back] = 2 * dot(out[back], smooth[back])[:, None] * smooth[back] - out[back]
-        return out
+        return out, np.where(own[:, None], out, smooth)
 
     def _to_world(self, triangle: np.ndarray, local: np.ndarray) -> np.ndarray:
         """Unit normals in the world from normals in meshes' own space: (n,), (n, 3) -> (n, 3) float32."""

@@ -51,9 +51,11 @@ class NormalSource(ColorSource):
     """A normal over a surface, in the mesh's own space.
 
     raised: seen from behind the relief stands out there as well, as bumps do; else its back shows, as of normal maps.
+    own: light knows of no other normal under it, as where displacement is seen as relief.
     """
 
     raised: bool = False
+    own: bool = False
 
 
 BLACK = ColorSource(np.zeros(3, np.float32))

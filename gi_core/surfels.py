@@ -83,23 +83,20 @@ class Surfels:
         smooth = self.smooth * sign if self.is_bumpy else normal
         return replace(self, normal=normal, smooth=smooth, face=self.face * sign)
 
-    def without_maps(self) -> "Surfels":
-        """The same points with their mesh's normals."""
-        return replace(self, normal=self.smooth)
-
     @staticmethod
     def concatenate(parts: "list[Surfels]") -> "Surfels":
         bumpy = any(p.is_bumpy for p in parts)
         return parts[0]._each(lambda name: np.concatenate([getattr(p, name) for p in parts]), bumpy)
 
 
-def at(geometry: Geometry, triangle, weights, place, towards=None, reflecting=False) -> Surfels:
+def at(geometry: Geometry, triangle, weights, place, towards=None, reflecting=False, maps=True) -> Surfels:
     """The surfels at points on triangles.
 
     triangle: (n,), weights: (n, 3) barycentric, place: (n,).
     towards: (n, 3) directions; normals are turned to the side that they point to (a camera's or a light's). Without it
         the mesh's front counts, as it does for a bake.
     reflecting: the points are to light others, so that albedo is all that they reflect, their gloss included.
+    maps: normals are those that materials make of the mesh's.
     """
     albedo = geometry.color("albedo", triangle, weights)
     if reflecting and geometry.has_gloss:
@@ -111,7 +108,9 @@ def at(geometry: Geometry, triangle, weights, place, towards=None, reflecting=Fa
     # The shading normal says where the front is: winding may disagree with it.
     face = np.where(dot(face, smooth)[:, None] < 0, -face, face)
     behind = None if towards is None else dot(face, towards) < 0
-    normal = geometry.mapped_normal(triangle, weights, smooth, behind) if geometry.has_normal_maps else smooth
+    normal = smooth
+    if maps and geometry.has_normal_maps:
+        normal, smooth = geometry.mapped_normal(triangle, weights, smooth, behind)
     made = Surfels(
         geometry.position(triangle, weights), normal, face, albedo, geometry.color("emission", triangle, weights),
         np.asarray(place, np.int64), smooth,
@@ -227,4 +226,4 @@ def from_corners(geometry: Geometry, name: str, triangles: slice | None = None) 
     share = np.minimum(_INSET * np.maximum(np.abs(corners).max(-1), 1) / away, 1)[..., None]
     weights = (1 - share) * np.eye(3) + share / 3
     place = (3 * (triangle[solid] - every[0])[:, None] + np.arange(3)).ravel()
-    return at(geometry, np.repeat(triangle[solid], 3), weights.reshape(-1, 3).astype(np.float32), place).without_maps()
+    return at(geometry, np.repeat(triangle[solid], 3), weights.reshape(-1, 3).astype(np.float32), place, maps=False)

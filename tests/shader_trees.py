@@ -97,7 +97,8 @@ class Tree:
         return next(s for s in node.outputs if s.name == output) if isinstance(output, str) else node.outputs[output]
 
     def surface(self, shader, kind="ShaderNodeOutputMaterial"):
-        self.tree.links.new(shader, self.tree.nodes.new(kind).inputs["Surface"])
+        output = next((n for n in self.tree.nodes if n.bl_idname == kind), None) or self.tree.nodes.new(kind)
+        self.tree.links.new(shader, output.inputs["Surface"])
         return self.owner
 
 

@@ -30,6 +30,8 @@ _OF_OBJECT = {
     "NEW_GEOMETRY": {"Position", "Normal", "True Normal", "Tangent"},
     "VECT_TRANSFORM": None,
     "BUMP": None,
+    "DISPLACEMENT": None,
+    "VECTOR_DISPLACEMENT": None,
     "NORMAL_MAP": None,
     "BEVEL": None,
     "TANGENT": None,
@@ -54,7 +56,8 @@ Key = tuple[tuple[str, ...], str, str]
 class Expression:
     """What is known of an output of a node.
 
-    is_normal: whether it is wanted as a normal in the object's space, and not as it is.
+    is_normal: whether it is wanted as a normal in the object's space, and not as it is; of displacement as that of the
+    bump that it is seen as.
     signature: of all that it is computed from, which changes with the value, but for what depends on the object.
     of_object: whether it differs between objects of one mesh. of_shape: whether only between such as are scaled
     differently. random: outputs that are the object's random number.
@@ -144,7 +147,7 @@ def _turns_along(source: Feed) -> bool:
     node = source.node
     if node is None:
         return True
-    if node.type not in {"BUMP", "NORMAL_MAP"} or (node.type == "NORMAL_MAP" and "WORLD" in node.space):
+    if node.type not in {"BUMP", "DISPLACEMENT", "NORMAL_MAP"} or (node.type == "NORMAL_MAP" and "WORLD" in node.space):
         return False
     inputs = [source.input(socket.name) for socket in node.inputs if socket.name != "Normal"]
     if any(_is_of_object(part) for one in inputs for part in _upstream(one)):

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Materials: the diffuse, emitting and glossy parts of a Blender material, and how solid it is."""
 
+from dataclasses import replace
+
 import bpy
 import numpy as np
 
@@ -113,11 +115,15 @@ def read_material(material: bpy.types.Material, reading: Reading) -> Material:
     tree = node_tree(material)
     if not tree:
         return Material(material.name, constant(material.diffuse_color[:3]))
+    displacement = output_feed(tree, "OUTPUT_MATERIAL", "Displacement")
+    moved = displacement and material.displacement_method != "BUMP"
+    for name, there in (("volume", output_feed(tree, "OUTPUT_MATERIAL", "Volume")), ("displacement", moved)):
+        if there:
+            reading.note(Sentence("its {what} is left out", what=Sentence(name)))
+    if material.displacement_method != "DISPLACEMENT":
+        reading = replace(reading, displacement=displacement)
     source = output_feed(tree, "OUTPUT_MATERIAL", "Surface")
     surface = read_surface(source, reading) if source else Surface()
-    for name in ("Volume", "Displacement"):
-        if output_feed(tree, "OUTPUT_MATERIAL", name):
-            reading.note(Sentence("its {what} is left out", what=Sentence(name.lower())))
     albedo = surface.albedo
     if np.any(albedo.value > 1) and albedo.texture is None:
         reading.note("a colour above 1 is taken as 1, since no surface reflects more light than it gets")

@@ -44,6 +44,7 @@ class Reading:
     baked: the textures of those that were, by the same keys; None in a first reading.
     whole: images are baked too, so that all that varies lies alike.
     frame: of the scene.
+    displacement: what is to be seen as relief wherever a shader's Normal is not linked.
     """
 
     owner: str
@@ -55,6 +56,7 @@ class Reading:
     baked: dict | None = None
     whole: bool = False
     frame: float = 0.0
+    displacement: Feed | None = None
 
     def note(self, text: str) -> None:
         """Tells something of the owner."""

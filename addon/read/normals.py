@@ -4,7 +4,8 @@
 
 They are baked like all that only Cycles can tell, in the object's space. Tangents, derivatives of heights and what
 nodes make of normals are then Cycles' own; what is left to do is what any mesh's normal needs, its object's matrix.
-From behind a surface shows its relief's back, but for bumps, which stand out on either side.
+From behind a surface shows its relief's back, but for bumps, which stand out on either side. Displacement that is only
+seen, as it is unless a material says so, is a bump on every normal that is not linked.
 """
 
 import numpy as np
@@ -19,16 +20,31 @@ from .nodes import Feed, Reading
 def read_normal(source: Feed, reading: Reading) -> NormalSource | None:
     """The `Feed` of a Normal input as a normal in the object's space, None for the mesh's own."""
     source = _without_idle(source, reading)
+    relief = _relief(reading)
+    if relief and source.node is None:
+        source = relief
+    elif relief and _is_raised(source, reading):
+        reading.note("its displacement is left out under its bump map")
     if source.node is None:
         return None
     # What is asked for twice is one thing.
     key = "normal", key_of(source)
     if key not in reading.known:
-        found = baked(source, reading, is_normal=True)
-        reading.known[key] = found and NormalSource(found.value, found.texture, found.uv, _is_raised(source, reading))
+        found, own = baked(source, reading, is_normal=True), source is relief
+        raised = own or _is_raised(source, reading)
+        reading.known[key] = found and NormalSource(found.value, found.texture, found.uv, raised, own)
     if reading.known[key] is None:
         reading.note("its normal or bump map is left out")
     return reading.known[key]
+
+
+def _relief(reading: Reading) -> Feed | None:
+    """Displacement that is seen as a bump, None where it does nothing."""
+    source = reading.displacement
+    if source and source.node.type == "DISPLACEMENT":
+        if source.input("Height").node is None or _is(source, "Scale", 0, reading):
+            return None
+    return source
 
 
 def _is_raised(source: Feed, reading: Reading) -> bool:

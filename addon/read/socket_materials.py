@@ -7,7 +7,8 @@ import contextlib
 import bpy
 import numpy as np
 
-from .expression import Key
+from .expression import Key, key_of
+from .nodes import output_feed
 
 
 def socket_material(
@@ -20,16 +21,21 @@ def socket_material(
 ) -> bpy.types.Material:
     """A material whose emission is the output at `key`, and which bakes to `image`.
 
-    signed: it has values from −1 to 1, which come as 0 to 1, since light below nothing is none.
+    signed: it is a normal, or displacement that is seen as a bump, with values from −1 to 1, which come as 0 to 1,
+    since light below nothing is none.
     constants: values (3,) that take the place of other outputs. gone: takes all that is made away again.
     """
     copy = material.copy()
     gone.callback(bpy.data.materials.remove, copy)
     tree = copy.node_tree
+    displacement = output_feed(tree, "OUTPUT_MATERIAL", "Displacement")
+    raised = signed and displacement is not None and key_of(displacement) == key
     _own_groups(tree, gone)
     for (path, *place), value in constants.items():
         _fix(_tree_at(tree, path), *place, value)
     socket = _exposed(tree, *key)
+    if raised:
+        socket = _bump(tree, socket)
     if signed:
         node = tree.nodes.new("ShaderNodeVectorMath")
         node.operation = "MULTIPLY_ADD"
@@ -45,6 +51,17 @@ def socket_material(
     target.image = image
     tree.nodes.active = target
     return copy
+
+
+def _bump(tree: bpy.types.NodeTree, displacement: bpy.types.NodeSocket) -> bpy.types.NodeSocket:
+    """The normal that Cycles makes of displacement along the surface's own."""
+    geometry, dot, bump = (tree.nodes.new(f"ShaderNode{k}") for k in ("NewGeometry", "VectorMath", "Bump"))
+    dot.operation = "DOT_PRODUCT"
+    tree.links.new(displacement, dot.inputs[0])
+    tree.links.new(geometry.outputs["Normal"], dot.inputs[1])
+    tree.links.new(dot.outputs["Value"], bump.inputs["Height"])
+    bump.inputs["Strength"].default_value = bump.inputs["Distance"].default_value = 1
+    return bump.outputs[0]
 
 
 def _own_groups(tree: bpy.types.NodeTree, gone: contextlib.ExitStack) -> None:

@@ -5,7 +5,7 @@
 A Lambertian light of flux Φ about n has the intensity Φ/π · max(0, n·ω): a cosine lobe. Fluxes add up; nothing is
 divided by the number of lights.
 
-The brief's form, kept for comparison, puts in a delta towards the cell's middle instead, with a cosine at the light
+The other form, kept for comparison, puts in a delta towards the cell's middle instead, with a cosine at the light
 where the lobe has one already: a light in the middle of its cell has no direction and is lost.
 """
 
@@ -20,7 +20,7 @@ from ..vectors import dot, normalize
 def coefficients(flux, normal, towards=None) -> np.ndarray:
     """Intensity of lights as two bands: (n, 3) Φ [W], (n, 3) unit -> (n, 4, 3) float32 [W/sr].
 
-    towards: (n, 3) from each light to the middle of its cell, for the brief's form.
+    towards: (n, 3) from each light to the middle of its cell, for the other form.
     """
     if towards is None:
         lobe = sh.cosine_lobe(normal) / np.float32(np.pi)

@@ -6,7 +6,7 @@
     normal   max(0, 1 − (1 − closeness))   closeness = dot⁴
     plane    |dq|² < 0.0001 ? 1 : max(0, 1 − 2 e/|dq|)²,   e = max(|dq·n₀|, |dq·n₁|), dq from one to the other
 
-The brief has √√dot for the closeness, which is ·965 at 30° and ·707 still at 76°: `literal` keeps it. The source's own
+With √√dot for the closeness, as `literal` has it, that is ·965 at 30° and ·707 still at 76°. The source's own
 is ·563 at 30°. Its 0.0001 m² is an absolute length; here it is (0.01 · scale)².
 """
 
@@ -21,7 +21,7 @@ def surface_weight(depth, position, normal, tap_depth, tap_position, tap_normal,
     """The product of the three weights for each pair.
 
     depth, tap_depth: (...) float32, over the far plane. position, normal, tap_position, tap_normal: (..., 3) float32.
-    scale: [m] that the source's metre stands for. literal: the brief's closeness. Returns (...) float32, 0…1.
+    scale: [m] that the source's metre stands for. literal: closeness √√dot. Returns (...) float32, 0…1.
     """
     cosine = np.maximum(dot(normal, tap_normal), 0)
     closeness = np.sqrt(np.sqrt(cosine)) if literal else cosine**2 * cosine**2

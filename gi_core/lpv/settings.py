@@ -35,7 +35,7 @@ class LpvSettings(Settings):
     )
     injection: str = setting(
         "lobe",
-        "What a virtual light puts into its cell: the cosine lobe about its normal, or the brief's form, which counts "
+        "What a virtual light puts into its cell: the cosine lobe about its normal, or a form which counts "
         "the cosine twice",
         choices=("lobe", "literal"),
     )

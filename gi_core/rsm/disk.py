@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The paper's sampling pattern: a disk around the point's own place in the map (Dachsbacher & Stamminger 2005, §3.2).
 
-A sample (s + r ξ₁ sin 2πξ₂, t + r ξ₁ cos 2πξ₂) has density 1/(2π r² ξ₁), so its weight is ξ₁. The literal ξ₁² of the
-brief is kept for comparison; it is biased. The estimate n_disk · Σ w E / Σ w, with n_disk the disk's area in texels,
+A sample (s + r ξ₁ sin 2πξ₂, t + r ξ₁ cos 2πξ₂) has density 1/(2π r² ξ₁), so its weight is ξ₁. The weight ξ₁²
+is kept for comparison; it is biased. The estimate n_disk · Σ w E / Σ w, with n_disk the disk's area in texels,
 counts texels off the map as dark.
 """
 
@@ -24,7 +24,7 @@ _NOWHERE = -1e9
 class Disk:
     """Texels of one map around a point's projection.
 
-    radius: of the disk, as a share of the map's side. literal: the brief's weights.
+    radius: of the disk, as a share of the map's side. literal: weights ξ₁².
     """
 
     view: View

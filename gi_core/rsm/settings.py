@@ -26,7 +26,7 @@ class RsmSettings(Settings):
     )
     weighting: str = setting(
         "exact",
-        "Weight of a disk sample: the exact ξ₁, or the brief's ξ₁², which is biased",
+        "Weight of a disk sample: the exact ξ₁, or ξ₁², which is biased",
         choices=("exact", "literal"),
     )
     disk_radius: float = setting(0.3, "Radius of the disk pattern as a share of the map's side", low=0.001, high=2.0)

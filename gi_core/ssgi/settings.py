@@ -98,7 +98,7 @@ class SsgiSettings(Settings):
     second_pass: bool = setting(True, "Filters a second time, with half the radius")
     weights: str = setting(
         "exact",
-        "How much normals may differ in the diffuse filter: as in HDRP, or as the brief has it, which blurs edges",
+        "How much normals may differ in the diffuse filter: as in HDRP, or more, which blurs edges",
         choices=("exact", "literal"),
     )
     cameras: str = setting(

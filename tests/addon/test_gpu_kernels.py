@@ -30,7 +30,7 @@ MODULES = [importlib.import_module(f"{kernels.__name__}.{m.name}") for m in pkgu
 NAMES = sorted(named(vars(m)[name]) for m in MODULES for name in vars(m) if name.endswith("_on_gpu")
                and vars(m)[name].__module__ == m.__name__)  # fmt: skip
 
-RSM = RsmSettings(device="gpu", samples=4, light_samples=1, map_resolution=16, antialias=1)
+RSM = RsmSettings(device="gpu", samples=4, light_samples=1, map_resolution=16, antialias=1, denoise="bilateral")
 LPV = LpvSettings(device="gpu", cells=16, map_resolution=16, light_samples=1, antialias=1)
 SSGI = SsgiSettings(
     device="gpu", mode="screen_space", fallback="none", samples=2, frames=2, light_samples=1, antialias=1, bounces=2

@@ -55,8 +55,16 @@ def bumped(tree, scale, distance, **inputs):
     return tree.node("ShaderNodeBump", Distance=distance, Height=height, **inputs)
 
 
+def displaced(tree, scale, distance, **settings):
+    """Leaves the shader's normal alone: relief by the material's displacement."""
+    height = tree.node("ShaderNodeTexNoise", Scale=scale, Detail=0.0, Vector=tree.node("ShaderNodeTexCoord", "Object"))
+    relief = tree.node("ShaderNodeDisplacement", set=settings, Height=height, Scale=distance)
+    tree.tree.links.new(relief, tree.tree.nodes.new("ShaderNodeOutputMaterial").inputs["Displacement"])
+
+
 def diffuse(tree, normal):
-    return tree.surface(tree.node("ShaderNodeBsdfDiffuse", Color=(0.8, 0.8, 0.8), Normal=normal))
+    inputs = {} if normal is None else {"Normal": normal}
+    return tree.surface(tree.node("ShaderNodeBsdfDiffuse", Color=(0.8, 0.8, 0.8), **inputs))
 
 
 def grouped(tree, normal):
@@ -83,6 +91,8 @@ KINDS = {
     "world space": lambda t, p: mapped(t, p, "WORLD"),
     "bump": lambda t, p: bumped(t, 0.4, 2.0),
     "bump on a map": lambda t, p: bumped(t, 0.4, 1.0, Normal=mapped(t, p)),
+    "displacement as bump": lambda t, p: displaced(t, 0.4, 2.0),
+    "displacement as bump, world": lambda t, p: displaced(t, 0.4, 2.0, space="WORLD"),
     "group": lambda t, p: grouped(t, mapped(t, p)),
     "arithmetic": lambda t, p: weakly(t, mapped(t, p)),
 }
@@ -105,6 +115,7 @@ def test_normals_and_direct_light_wherever_objects_stand(tmp_path):
 def test_relief_from_behind(tmp_path):
     """Maps show their back there, bumps stand out, on others too."""
     kinds = {name: KINDS[name] for name in ("tangent space", "object space", "bump")}
+    kinds["displacement as bump"] = KINDS["displacement as bump"]
     kinds["two bumps"] = lambda t, p: bumped(t, 0.4, 1.0, Normal=bumped(t, 0.6, 0.5))
     hold_against_cycles(tmp_path, kinds, [Euler((np.pi, 0, 0)).to_matrix().to_4x4() @ place for place in PLACES[1:]])
 
@@ -135,7 +146,7 @@ def hold_against_cycles(tmp_path, kinds, places):
     normal, direct = (shown[key].reshape(-1, 3)[hit] for key in ("Normal", "Diffuse Direct"))
     ours = from_lamps(tracer, here, 1, 0) / np.pi
     angle = np.degrees(np.arccos(np.clip(np.sum(normal * here.normal, -1), -1, 1)))
-    tilt = np.degrees(np.arccos(np.clip(np.sum(here.smooth * here.normal, -1), -1, 1)))
+    tilt = np.degrees(np.arccos(np.clip(np.sum(here.face * here.normal, -1), -1, 1)))
     for name in kinds:
         for column in range(len(places)):
             own = names == f"{name} {column}"

@@ -133,7 +133,7 @@ def test_damping():
     assert np.allclose(weak, 0.5 * full)
 
 
-def test_the_lobe_keeps_flux_and_the_briefs_form_does_not():
+def test_the_lobe_keeps_flux_and_the_other_form_does_not():
     grid = Grid(np.zeros(3), 1.0, (4, 4, 4))
     for at, share in (((1.5, 1.5, 1.2), 1.0), ((1.5, 1.5, 1.5), 0.0), ((1.5, 1.1, 1.5), 0.0)):
         one = lights(at, flux=3.0)

@@ -54,7 +54,7 @@ def test_neither_the_maps_resolution_nor_the_disks_radius_changes_the_light():
         assert np.isclose(irradiance(SUNLIT, at, settings).mean(), reference, rtol=0.02)
 
 
-def test_the_briefs_weight_is_biased_where_light_comes_from_near_by():
+def test_the_squared_weight_is_biased_where_light_comes_from_near_by():
     near = facing((0, 0, 0.1), n=64)
     settings = replace(SETTINGS, pattern="disk", disk_radius=0.7, samples=8192)
     exact = irradiance(SUNLIT, near, settings).mean()
