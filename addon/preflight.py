@@ -110,10 +110,10 @@ def inspecting(
     findings.extend(_check_geometry(core, objects))
     maps = {}
     if target == "lightmap":
-        for name, mesh in _receivers(core, objects):
+        for mesh in {id(mesh): mesh for _, mesh in _receivers(core, objects)}.values():
             if (uv or mesh.active_uv) in mesh.uvs:
                 yield "checks", 0.5
-                maps[name] = _Map.of(mesh.uvs[uv or mesh.active_uv])
+                maps[id(mesh)] = _Map.of(mesh.uvs[uv or mesh.active_uv])
     yield "read", 1.0
     findings.extend(_check_receivers(core, scene, target, objects))
     if target == "image" and camera:
@@ -210,9 +210,10 @@ class _CheckedImages:
 def _check_lights(depsgraph: bpy.types.Depsgraph) -> Iterator[Finding]:
     """Lights that render and give nothing."""
     for entry in depsgraph.object_instances:
-        name, data, matrix = entry.object.name, entry.object.data, np.array(entry.matrix_world)
+        # A mesh's data is not asked for: Blender subdivides it then.
         if entry.object.type != "LIGHT" or not entry.show_self:
             continue
+        name, data, matrix = entry.object.name, entry.object.data, np.array(entry.matrix_world)
         if not _finite(matrix):
             yield _not_finite(name)
         elif data.type == "AREA" and not _light_area(data, matrix):
@@ -360,11 +361,12 @@ class _Map:
 
 
 def _check_uvs(
-    core: Scene, scene: bpy.types.Scene, objects: Sequence[str], uv: str, maps: dict[str, _Map]
+    core: Scene, scene: bpy.types.Scene, objects: Sequence[str], uv: str, maps: dict[int, _Map]
 ) -> Iterator[Finding]:
+    """maps: how they lie, by the identity of the mesh; without those that have none."""
     for name, mesh in _receivers(core, objects):
         chosen = uv or mesh.active_uv
-        lies = maps.get(name)
+        lies = maps.get(id(mesh))
         if lies is None:
             why, remedy = _why_no_map(scene.objects[name])
             message = Sentence("'{name}' has no UV map{why}.", name=name, why=why)

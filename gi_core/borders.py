@@ -26,6 +26,7 @@ class Bordered:
 
     image: (h, w, c) float32. filled: (h, w) bool, where it holds a value. inside: number of texels inside of geometry.
     before, after: how far the two sides of seams disagree, see `seams.disagreement`; after no more than before.
+    pairs: points at which they were compared.
     """
 
     image: np.ndarray
@@ -33,6 +34,7 @@ class Bordered:
     inside: int
     before: float
     after: float
+    pairs: int
 
 
 def bordered(image: np.ndarray, valid: np.ndarray, hidden: np.ndarray, margin: int, found: Seams) -> Bordered:
@@ -46,7 +48,7 @@ def bordered(image: np.ndarray, valid: np.ndarray, hidden: np.ndarray, margin: i
     before = disagreement(image, found)
     if len(found):
         image = stitched(image, found, filled)
-    return Bordered(image, filled, int(hidden.sum()), before, disagreement(image, found))
+    return Bordered(image, filled, int(hidden.sum()), before, disagreement(image, found), len(found))
 
 
 def dark(light: np.ndarray, valid: np.ndarray) -> np.ndarray:

@@ -38,9 +38,9 @@ class Coarse:
     layers: dict[str, dict[str, np.ndarray]]
 
     def at(self, device: Device, receiver: Receiver, points: Surfels) -> Iterator[float]:
-        """Light at points of a receiver: (n, 3) float32 [W/m²], and whether it is known, (n,) bool: a coarse texel
-        shows the place, or all four around it lie inside of something, where no light is. A generator of progress that
-        returns both."""
+        """Light at points of a receiver: (n, 3) float32 [W/m²]; whether it is known, (n,) bool: a coarse texel shows
+        the place, or all four around it lie inside of something, where no light is; and the latter, (n,) bool. A
+        generator of progress that returns the three."""
         layers = self.layers[receiver.name]
         position, normal = layers["Position"], layers["Normal"]
         surface, centred, inside = (layers[name][..., 0] > 0 for name in ("Coverage", "Centred", "Inside"))
@@ -63,4 +63,4 @@ class Coarse:
         height, width = inside.shape
         around = [inside[np.clip(y + j, 0, height - 1), np.clip(x + i, 0, width - 1)] for i, j in _CORNERS]
         deep = np.logical_and.reduce(around)
-        return np.where(deep[:, None], 0, light), sure | deep
+        return np.where(deep[:, None], 0, light), sure | deep, deep

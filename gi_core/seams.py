@@ -117,81 +117,84 @@ def stitched(image: np.ndarray, found: Seams, filled: np.ndarray) -> np.ndarray:
     filled: (h, w) bool, the texels that hold a value; pairs that would look at others are left out.
     """
     sides = [_bilinear(filled.shape, points) for points in (found.first, found.second)]
-    index, weight = (np.concatenate(part, 1) for part in zip(*sides))
-    weight[:, 4:] *= -1
-    whole = filled.ravel()[index].all(1)
-    index, weight = index[whole], weight[whole]
+    index, weight = (np.concatenate(part) for part in zip(*sides))
+    weight[4:] *= -1
+    whole = filled.ravel()[index].all(0)
+    index, weight = index[:, whole], weight[:, whole]
     lit = image.any((0, 1))
-    if not len(index) or not lit.any():
+    if not index.size or not lit.any():
         return image
     place, index = np.unique(index, return_inverse=True)
-    index = index.reshape(-1, 8)
+    index = index.reshape(8, -1)
     flat = image.reshape(-1, image.shape[-1])
-    values = flat[place][:, lit].astype(np.float64)
+    values = flat[place][:, lit].T.astype(np.float64)
     # What has a sign may keep it, light stays light.
-    least = flat[:, lit].min(0)
+    least = flat[:, lit].min(0)[:, None]
     least = np.where(least < 0, least, _KEPT * values)
     for _ in range(_ROUNDS):
-        values = np.maximum(_agreeing(values, index, weight), least)
+        agreeing = _agreeing(values, index, weight)
+        values = np.maximum(agreeing, least)
+        if np.array_equal(values, agreeing):
+            break
     out = flat.copy()
-    out[np.ix_(place, lit)] = values
+    out[np.ix_(place, lit)] = values.T
     return out.reshape(image.shape)
 
 
 def _agreeing(start: np.ndarray, index: np.ndarray, weight: np.ndarray) -> np.ndarray:
-    """Texels at which the sides of all pairs agree: (m, c) float64 to the same.
+    """Texels at which the sides of all pairs agree: (c, m) float64 to the same.
 
-    index, weight: (n, 8), of each pair's texels, negative for the second side's.
+    index, weight: (8, n), of each pair's texels, negative for the second side's.
     """
+    m = start.shape[1]
 
     def gap(x: np.ndarray) -> np.ndarray:
-        """A x, by how much the sides of each pair differ: (m, c) -> (n, c)."""
-        return np.einsum("nk,nkc->nc", weight, x[index])
+        """A x, by how much the sides of each pair differ: (c, m) -> (c, n)."""
+        return np.stack([(weight * channel.take(index)).sum(0) for channel in x])
 
     def onto(gap: np.ndarray) -> np.ndarray:
-        """Aᵀ of it: (n, c) -> (m, c)."""
-        return np.stack([np.bincount(index.ravel(), (weight * g[:, None]).ravel(), len(start)) for g in gap.T], -1)
+        """Aᵀ of it: (c, n) -> (c, m)."""
+        return np.stack([np.bincount(index.ravel(), (weight * channel).ravel(), m) for channel in gap])
 
     # Preconditioned by the diagonal: texels that many pairs look at, and those that hardly any does, alike.
-    scale = 1 / (np.bincount(index.ravel(), (weight * weight).ravel(), len(start)) + _OWN)[:, None]
+    scale = 1 / (np.bincount(index.ravel(), (weight * weight).ravel(), m) + _OWN)
     change, apart = np.zeros_like(start), gap(start)
-    enough = _ENOUGH / 2 * np.abs(np.einsum("nk,nkc->nc", np.abs(weight), start[index])).sum()
+    enough = _ENOUGH / 2 * sum(np.abs((np.abs(weight) * channel.take(index)).sum(0)).sum() for channel in start)
     rest = -onto(apart)
     direction = scale * rest
-    square = (rest * direction).sum(0)
+    square = (rest * direction).sum(1)
     for _ in range(_STEPS):
         if np.abs(apart).sum() <= enough:
             break
         along_gap = gap(direction)
         product = onto(along_gap) + _OWN * direction
-        along = (direction * product).sum(0)
-        step = np.divide(square, along, out=np.zeros_like(square), where=along > 0)
+        along = (direction * product).sum(1)
+        step = np.divide(square, along, out=np.zeros_like(square), where=along > 0)[:, None]
         change += step * direction
         apart += step * along_gap
         rest -= step * product
-        before, square = square, (rest * scale * rest).sum(0)
-        share = np.divide(square, before, out=np.zeros_like(square), where=before > 0)
+        before, square = square, (rest * scale * rest).sum(1)
+        share = np.divide(square, before, out=np.zeros_like(square), where=before > 0)[:, None]
         direction = scale * rest + share * direction
     return start + change
 
 
 def _bilinear(shape: tuple[int, int], points: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The texels that a look-up at points (n, 2) [texels] takes, (n, 4) row · width + column, and their weights."""
+    """The texels that a look-up at points (n, 2) [texels] takes, (4, n) row · width + column, and their weights."""
     height, width = shape
-    place = points.astype(np.float64) - 0.5
+    place = points.T.astype(np.float64) - 0.5
     low = np.floor(place).astype(np.int64)
     share = place - low
     index, weight = [], []
     for dy in (0, 1):
         for dx in (0, 1):
-            column, row = np.clip(low[:, 0] + dx, 0, width - 1), np.clip(low[:, 1] + dy, 0, height - 1)
+            column, row = np.clip(low[0] + dx, 0, width - 1), np.clip(low[1] + dy, 0, height - 1)
             index.append(row * width + column)
-            weight.append(
-                (share[:, 0] if dx else 1 - share[:, 0]) * (share[:, 1] if dy else 1 - share[:, 1])
-            )  # fmt: skip
-    return np.stack(index, -1), np.stack(weight, -1)
+            weight.append((share[0] if dx else 1 - share[0]) * (share[1] if dy else 1 - share[1]))
+    return np.stack(index), np.stack(weight)
 
 
 def _sampled(image: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Bilinear look-ups at points (n, 2) [texels]: (h, w, c) -> (c, n)."""
     index, weight = _bilinear(image.shape[:2], points)
-    return np.einsum("nk,nkc->nc", weight, image.reshape(-1, image.shape[-1])[index])
+    return np.stack([(weight * channel.take(index)).sum(0) for channel in np.moveaxis(image, -1, 0)])

@@ -90,9 +90,9 @@ class TileLight:
 
         if seen and self.direct and self.technique.in_passes(settings):
             show(np.zeros((len(points), 2, 3), np.float32))
-        estimate = yield from named("gather", self._gathered(points, place, tile, show if seen else None))
+        estimate, deep = yield from named("gather", self._gathered(points, place, tile, show if seen else None))
         values = estimate.values
-        inside = None if self.camera else self._inside(points, direct + values.sum(1))
+        inside = None if self.camera else self._inside(points, direct + values.sum(1), deep)
         if settings.smooths and tile.bands[0].receiver.is_image:
             values = yield from named("denoise", self._smoothed(estimate, points, place, tile))
         found = layers({"Lamps": direct, "Around": values[:, 0], "Indirect": values[:, 1]})
@@ -110,10 +110,12 @@ class TileLight:
             found |= yield from named("medium", self._medium(tile))
         return found, estimate
 
-    def _inside(self, points: Surfels, light: np.ndarray) -> np.ndarray:
-        """Which points that get no light lie inside of something: (n,) bool. light: (n, 3)."""
+    def _inside(self, points: Surfels, light: np.ndarray, deep: np.ndarray) -> np.ndarray:
+        """Which points that get no light lie inside of something: (n,) bool. light: (n, 3). deep: (n,) bool, those of
+        which it is known."""
         inside = ~light.any(-1)
-        inside[inside] = borders.inside(self.tracer, points[inside])
+        asked = inside & ~deep
+        inside[asked] = borders.inside(self.tracer, points[asked])
         return inside
 
     @property
@@ -150,8 +152,10 @@ class TileLight:
         return layers | {"Glossy Color": whole.reshape(h, subpixels, w, subpixels, 3).mean((1, 3))}
 
     def _gathered(self, points: Surfels, place: np.ndarray, tile: Tile, seen) -> Iterator[float]:
-        """Light of the surroundings and reflected light: a generator; returns the Estimate of both, (n, 2, 3)."""
+        """Light of the surroundings and reflected light: a generator; returns the Estimate of both, (n, 2, 3), and
+        which points are known to lie inside of something, (n,) bool."""
         settings, n = self.settings, len(points)
+        deep = np.zeros(n, bool)
         in_passes = self.emitted is not None and self.coarse is None and self.technique.in_passes(settings)
         s2, alone, turns = tile.bands[0].receiver.subpixels ** 2, np.ones(n, bool), count()
         whole = np.zeros((0, s2), np.int64)
@@ -184,12 +188,12 @@ class TileLight:
         else:
             estimate = Estimate(np.zeros((n, 2, 3), np.float32), settings.samples, None)
         if self.coarse is not None:
-            estimate.values[:, 1] = yield from self._between(points, place, tile)
+            estimate.values[:, 1], deep = yield from self._between(points, place, tile)
         elif self.emitted is not None and not in_passes:
             estimate.values[:, 1] = yield from self._indirect(points, Samples(settings.samples))
         if seen and not in_passes:
             seen(estimate.values)
-        return estimate
+        return estimate, deep
 
     def _indirect(self, points: Surfels, samples: Samples) -> Iterator[float]:
         settings = self.settings
@@ -202,19 +206,20 @@ class TileLight:
         return irradiance
 
     def _between(self, points: Surfels, place: np.ndarray, tile: Tile) -> Iterator[float]:
-        """Reflected light by that at coarse texels: a generator of progress; returns (n, 3) [W/m²]."""
-        irradiance, sure = np.zeros((len(points), 3), np.float32), np.zeros(len(points), bool)
+        """Reflected light by that at coarse texels: a generator of progress; returns (n, 3) [W/m²], and which points
+        lie inside of something, (n,) bool."""
+        irradiance, (sure, deep) = np.zeros((len(points), 3), np.float32), np.zeros((2, len(points)), bool)
         ends = np.searchsorted(place, np.cumsum([0, *(band.height for band in tile.bands)]) * tile.shape[1])
         for band, begin, end in zip(tile.bands, ends[:-1], ends[1:]):
             part = slice(begin, end)
-            irradiance[part], sure[part] = yield from tiles.within(
+            irradiance[part], sure[part], deep[part] = yield from tiles.within(
                 0, 0, self.coarse.at(self.tracer.device, band.receiver, points[part])
             )
         # Alone they take as many samples as the filter would have brought together.
         samples = Samples(self.settings.samples * self.coarse.step**2)
         irradiance[~sure] = yield from self._indirect(points[~sure], samples)
         self.reused.append((np.count_nonzero(sure), len(points)))
-        return irradiance
+        return irradiance, deep
 
     def _smoothed(self, estimate: Estimate, points: Surfels, place: np.ndarray, tile: Tile) -> Iterator[float]:
         """The estimate's values without their noise: a generator of progress; returns (n, 2, 3)."""

@@ -18,6 +18,9 @@ _NO_SURFACES = {"CURVES", "GREASEPENCIL", "POINTCLOUD", "VOLUME"}
 # The second number of an instance's persistent id where no instancing took place.
 _NOT_NESTED = 0x7FFFFFFF
 
+# Modifiers that make the same of the same mesh wherever its object stands.
+_LOCAL = {"EDGE_SPLIT", "SOLIDIFY", "SUBSURF", "TRIANGULATE", "WEIGHTED_NORMAL", "WELD"}
+
 
 def read_objects(
     depsgraph: bpy.types.Depsgraph,
@@ -31,7 +34,7 @@ def read_objects(
     is told in `notes`.
     """
     meshes, instances, noted = [], [], set()
-    known = {}  # address of an evaluated mesh -> index into meshes, None without triangles
+    known = {}  # what a mesh is made of -> index into meshes, None without triangles
     for entry in depsgraph.object_instances:
         source = entry.object
         if source.name not in noted:
@@ -40,7 +43,7 @@ def read_objects(
         # Other types of object come a second time, as instances of themselves that are meshes.
         if source.type != "MESH" or not entry.show_self:
             continue
-        key = source.data.as_pointer()
+        key = _made_of(source)
         if key not in known:
             mesh = read_mesh(source.to_mesh(), source.data.name)
             source.to_mesh_clear()
@@ -64,6 +67,24 @@ def read_objects(
             )
         )
     return meshes, instances
+
+
+def _made_of(source: bpy.types.Object) -> tuple:
+    """What the mesh of an evaluated object follows from, alike where the meshes are: Blender subdivides the mesh of a
+    hundred linked duplicates a hundred times, when each is asked for its own."""
+    mesh, used = source.original.data, [modifier for modifier in source.modifiers if modifier.show_render]
+    alike = used and source.original.type == "MESH" and all(modifier.type in _LOCAL for modifier in used)
+    if not alike or mesh.shape_keys or mesh.is_editmode or source.parent_type in {"ARMATURE", "LATTICE"}:
+        return (source.data.as_pointer(),)
+    return mesh.as_pointer(), *(setting for modifier in used for setting in _settings(modifier))
+
+
+def _settings(modifier: bpy.types.Modifier) -> Iterator:
+    """All that is set of a modifier but its name."""
+    for prop in modifier.bl_rna.properties:
+        if prop.identifier in {"name", "is_active"} or (prop.is_readonly and prop.identifier != "type"):
+            continue
+        yield getattr(modifier, prop.identifier)
 
 
 def _left_out(source: bpy.types.Object) -> Iterator[str]:

@@ -123,8 +123,8 @@ unwrapped = whole(unwrapping)
 
 def _lacking(meshes: list[bpy.types.Mesh]) -> Iterator[tuple[str, float]]:
     """The meshes on whose map lightmaps cannot lie. A generator of progress."""
-    chosen = [_chosen(mesh) for mesh in meshes]
-    maps = [_triangles(mesh, read(mesh, name)) if name else None for mesh, name in zip(meshes, chosen)]
+    names = [chosen(mesh) for mesh in meshes]
+    maps = [_triangles(mesh, read(mesh, name)) if name else None for mesh, name in zip(meshes, names)]
     fit = []
     for k, uvs in enumerate(maps):
         yield "overlaps", k / len(maps)
@@ -175,15 +175,15 @@ def _usable(uvs: np.ndarray) -> bool:
     return bool(_area_of(uvs) > 0 and outside(uvs) <= TOLERANCE and overlap(uvs) <= TOLERANCE)
 
 
-def _chosen(mesh: bpy.types.Mesh) -> str:
+def chosen(mesh: bpy.types.Mesh) -> str:
     """Name of the map that lightmaps are put on, "" where there is none."""
     return next((layer.name for layer in (mesh.uv_layers.get(NAME), mesh.uv_layers.active) if layer), "")
 
 
 def _filled(mesh: bpy.types.Mesh) -> float:
     """Share of the unit square that a mesh's lightmap UVs cover."""
-    chosen = _chosen(mesh)
-    return _area_of(_triangles(mesh, read(mesh, chosen))) if chosen else _FILLED
+    name = chosen(mesh)
+    return _area_of(_triangles(mesh, read(mesh, name))) if name else _FILLED
 
 
 def _area_of(uvs: np.ndarray) -> float:

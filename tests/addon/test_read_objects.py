@@ -108,6 +108,42 @@ def test_a_mesh_is_converted_once(monkeypatch):
     assert sorted(converted) == ["cube", "cube"] and len(scene.meshes) == 2
 
 
+def subdivided(mesh, name, levels=1, **attributes):
+    thing = link(mesh, name, **attributes)
+    modifier = thing.modifiers.new("Subdivision", "SUBSURF")
+    modifier.levels, modifier.render_levels = 0, levels
+    return thing
+
+
+def test_linked_duplicates_are_subdivided_once():
+    mesh = cube()
+    for name in ("a", "b", "viewport apart"):
+        subdivided(mesh, name)
+    bpy.data.objects["viewport apart"].modifiers[0].show_viewport = False
+    subdivided(mesh, "finer", 2)
+    subdivided(mesh, "pinched").modifiers.new("Pinch", "CAST").factor = 1
+    subdivided(mesh, "left out").modifiers[0].show_render = False
+    scene = read()
+    of = {instance.name: instance.mesh for instance in scene.instances}
+    assert of["a"] == of["b"] and len(scene.meshes) == len(set(of.values())) == 5
+    counts = {name: len(scene.meshes[index].triangles) for name, index in of.items()}
+    assert counts == {"a": 48, "b": 48, "viewport apart": 48, "finer": 192, "pinched": 48, "left out": 12}
+    away = {name: np.linalg.norm(scene.meshes[index].vertices, axis=1) for name, index in of.items()}
+    assert np.ptp(away["pinched"]) < 1e-4 < np.ptp(away["a"])
+
+
+def test_what_bends_an_object_bends_it_alone():
+    lattice = link(bpy.data.lattices.new("lattice"), "lattice")
+    mesh = cube()
+    subdivided(mesh, "free")
+    subdivided(mesh, "bent").parent = lattice
+    bpy.data.objects["bent"].parent_type = "LATTICE"
+    lattice.data.points[0].co_deform.x -= 3
+    scene = read()
+    low = {i.name: scene.meshes[i.mesh].vertices[:, 0].min() for i in scene.instances}
+    assert low["bent"] < low["free"] - 0.5
+
+
 def test_copies_by_instancing():
     collection = bpy.data.collections.new("set")
     link(cube(), "inner", collection, location=(0, 0, 1))

@@ -6,8 +6,8 @@
                                          [--interpolation 1] [--objects 60] [--reference 6] [--json FILE]
 
 Cycles goes through the objects one after the other and builds its scene for each. Errors are measured on a few objects
-(--reference of them) against Cycles at 1024 samples. Indirect light, one bounce. Meshes without a UV map get one first,
-which no time is counted for.
+(--reference of them) against Cycles at 1024 samples. Indirect light, one bounce. Meshes that lack lightmap UVs get them
+first, which no time is counted for.
 """
 
 import argparse
@@ -24,6 +24,7 @@ with quiet():
     from gi_bake.addon.compare.reference import lightmap_reference
     from gi_bake.addon.job import Job
     from gi_bake.addon.read import read_scene
+    from gi_bake.addon.write import lightmap_uvs
 
 import numpy as np
 from gi_bake.gi_core import images, metrics, surfels, tiles
@@ -31,21 +32,6 @@ from gi_bake.gi_core.geometry import Geometry
 from gi_bake.gi_core.rsm.settings import RsmSettings
 
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_blends"
-
-
-def unwrap(objects):
-    """A UV map on every mesh that has none, each object by itself."""
-    for mesh in {obj.data for obj in objects}:
-        if mesh.uv_layers:
-            continue
-        mesh.uv_layers.new(name="Lightmap")
-        owner = next(obj for obj in objects if obj.data == mesh)
-        with bpy.context.temp_override(active_object=owner, object=owner, selected_objects=[owner]):
-            bpy.context.view_layer.objects.active = owner
-            bpy.ops.object.mode_set(mode="EDIT")
-            bpy.ops.mesh.select_all(action="SELECT")
-            bpy.ops.uv.smart_project(angle_limit=0.8, island_margin=0.02)
-            bpy.ops.object.mode_set(mode="OBJECT")
 
 
 def denoised(maps, geometry, uv_maps, side, passes):
@@ -87,11 +73,11 @@ def main():
         bpy.ops.wm.open_mainfile(filepath=str(SAMPLES / f"{a.scene}.blend"))
         scene, view_layer = bpy.context.scene, bpy.context.view_layer
         objects = [obj for obj in view_layer.objects if obj.type == "MESH"]
-        unwrap(objects)
+        lightmap_uvs.make(scene, view_layer, [obj.name for obj in objects], a.resolution)
         # Props first: rooms and shelves come after what is baked most.
         names = [obj.name for obj in sorted(objects, key=lambda o: (o.data.name.lower() in ("floor", "wall"), o.name))]
         names = names[: a.objects]
-        uv_maps = {name: bpy.data.objects[name].data.uv_layers.active.name for name in names}
+        uv_maps = {name: lightmap_uvs.chosen(bpy.data.objects[name].data) for name in names}
         settings = RsmSettings(samples=a.samples, interpolation=a.interpolation, light="indirect")
 
         begin = time.perf_counter()

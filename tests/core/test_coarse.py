@@ -26,7 +26,9 @@ def seen(geometry, page, step, light):
     layers = {name: images.spread(values, points.place, shape) for name, values in layers.items()}
     fine = of_page(geometry, page)
     here, _ = fine.points(slice(0, fine.height))
-    return here, *finish(Coarse(step, {page.name: layers}).at(NUMPY, fine, here))
+    light, sure, deep = finish(Coarse(step, {page.name: layers}).at(NUMPY, fine, here))
+    assert not deep.any()
+    return here, light, sure
 
 
 @pytest.mark.parametrize("step", [2, 3, 4])
@@ -71,13 +73,14 @@ def test_the_foot_of_a_box_does_not_darken_the_floor_beside_it(step):
     shape = (coarse.height, coarse.width)
     layers = {name: images.spread(values.astype(np.float32), points.place, shape) for name, values in layers.items()}
     here, _ = fine.points(slice(0, fine.height))
-    light, sure = finish(Coarse(step, {"plate": layers}).at(NUMPY, fine, here))
+    light, sure, inside = finish(Coarse(step, {"plate": layers}).at(NUMPY, fine, here))
     beside = (np.abs(here.position[:, :2]) > 0.47).any(1)
     assert np.abs(light[beside & sure] - 1).max() < 1e-5 and sure[beside].mean() > 0.98
     # What lies beneath stays dark.
     deep = (np.abs(here.position[:, :2]) < 0.4).all(1)
     assert sure[deep].all() and not light[deep].any()
+    assert inside[deep].mean() > 0.9 and not inside[beside].any()
     # Did nothing tell where coarse texels lie, some would take half of the darkness beneath.
     layers |= {"Inside": layers["Inside"] * 0, "Centred": np.ones_like(layers["Centred"])}
-    dark, _ = finish(Coarse(step, {"plate": layers}).at(NUMPY, fine, here))
+    dark, *_ = finish(Coarse(step, {"plate": layers}).at(NUMPY, fine, here))
     assert dark[beside].min() < 0.8
