@@ -357,7 +357,7 @@ class _Map:
 
     @staticmethod
     def of(uvs: np.ndarray) -> "_Map":
-        return _Map(_areas(uvs).sum() / 2, outside(uvs), overlap(uvs))
+        return _Map(_areas(uvs).sum() / 2, outside(uvs), overlap(uvs, lightmap_uvs.ROUGHLY))
 
 
 def _check_uvs(

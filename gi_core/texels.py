@@ -88,7 +88,7 @@ def _drawn_in(corners: np.ndarray, weights: np.ndarray) -> np.ndarray:
     return (1 - share) * weights + share / 3
 
 
-def overlap(uvs: np.ndarray, side: int = 256) -> float:
+def overlap(uvs: np.ndarray, side: int = 512) -> float:
     """Share of what triangles cover that more than one of them covers, 0…1, by side² samples: (t, 3, 2) UVs."""
     pixels, finite = _pixels(uvs, (side, side))
     # What two triangles share is an edge, and no overlap.

@@ -29,6 +29,9 @@ _ANGLES = (66, 45, 20, 1)
 # Share of what a UV map covers that may lie on each other, or outside.
 TOLERANCE = 0.002
 
+# Samples along a side that tell so much.
+ROUGHLY = 256
+
 # What stays free around islands follows from a lightmap's size, and that from how well they fill it: rounds of both,
 # with what is given more than asked for, and the share of its square that a mesh fills to begin with.
 _ROUNDS, _SPARE, _FILLED = 4, 1.1, 0.5
@@ -172,7 +175,7 @@ def read(mesh: bpy.types.Mesh, name: str) -> np.ndarray:
 
 def _usable(uvs: np.ndarray) -> bool:
     """Whether lightmaps can lie on a map, of UV triangles (t, 3, 2)."""
-    return bool(_area_of(uvs) > 0 and outside(uvs) <= TOLERANCE and overlap(uvs) <= TOLERANCE)
+    return bool(_area_of(uvs) > 0 and outside(uvs) <= TOLERANCE and overlap(uvs, ROUGHLY) <= TOLERANCE)
 
 
 def chosen(mesh: bpy.types.Mesh) -> str:
