@@ -57,7 +57,7 @@ class Coarse:
         def work(part: slice):
             return device.run(bilateral_upsample, *(a[part] for a in here), *coarse)
 
-        light, shown = yield from device.each(work, len(points), TILE)
+        light, shown = yield from device.each(work, len(points), TILE // 4)
         light, sure = device.numpy(light), device.numpy(shown) > _SURE
         x, y = np.floor(at).astype(int).T
         height, width = inside.shape

@@ -33,6 +33,9 @@ _STAGES = {"points": 1, "lamps": 1, "gather": 5, "denoise": 1, "gloss": 5, "medi
 # for each pass the light's change within the pixel would stay as noise.
 _MANY = 4
 
+# Points that are asked at once whether they lie inside of something, with 16 rays each.
+_ASKED = 1 << 12
+
 
 @dataclass(frozen=True)
 class TileLight:
@@ -92,7 +95,9 @@ class TileLight:
             show(np.zeros((len(points), 2, 3), np.float32))
         estimate, deep = yield from named("gather", self._gathered(points, place, tile, show if seen else None))
         values = estimate.values
-        inside = None if self.camera else self._inside(points, direct + values.sum(1), deep)
+        inside = None
+        if not self.camera:
+            inside = yield from named("gather", self._inside(points, direct + values.sum(1), deep))
         if settings.smooths and tile.bands[0].receiver.is_image:
             values = yield from named("denoise", self._smoothed(estimate, points, place, tile))
         found = layers({"Lamps": direct, "Around": values[:, 0], "Indirect": values[:, 1]})
@@ -110,12 +115,19 @@ class TileLight:
             found |= yield from named("medium", self._medium(tile))
         return found, estimate
 
-    def _inside(self, points: Surfels, light: np.ndarray, deep: np.ndarray) -> np.ndarray:
-        """Which points that get no light lie inside of something: (n,) bool. light: (n, 3). deep: (n,) bool, those of
-        which it is known."""
+    def _inside(self, points: Surfels, light: np.ndarray, deep: np.ndarray) -> Iterator[float]:
+        """Which points that get no light lie inside of something: a generator of progress; returns (n,) bool.
+
+        light: (n, 3). deep: (n,) bool, those of which it is known.
+        """
         inside = ~light.any(-1)
-        asked = inside & ~deep
-        inside[asked] = borders.inside(self.tracer, points[asked])
+        asked = np.flatnonzero(inside & ~deep)
+
+        def ask(part: slice):
+            inside[asked[part]] = borders.inside(self.tracer, points[asked[part]])
+
+        # The light is known by then: of its stage nothing is left.
+        yield from tiles.within(1, 1, tiles.run(ask, tiles.slices(len(asked), _ASKED)))
         return inside
 
     @property
