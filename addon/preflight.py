@@ -14,9 +14,10 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+from ..gi_core import tiles
 from ..gi_core.scene import Camera, Mesh, Scene, Texture
 from ..gi_core.texels import outside, overlap
-from ..gi_core.tiles import whole
+from ..gi_core.tiles import named, whole
 from . import denoise as denoiser
 from .read import read_scene
 from .read.images import ImageReader, is_there
@@ -110,10 +111,13 @@ def inspecting(
     findings.extend(_check_geometry(core, objects))
     maps = {}
     if target == "lightmap":
-        for mesh in {id(mesh): mesh for _, mesh in _receivers(core, objects)}.values():
-            if (uv or mesh.active_uv) in mesh.uvs:
-                yield "checks", 0.5
-                maps[id(mesh)] = _Map.of(mesh.uvs[uv or mesh.active_uv])
+        meshes = {id(mesh): mesh for _, mesh in _receivers(core, objects) if (uv or mesh.active_uv) in mesh.uvs}
+        meshes = list(meshes.values())
+
+        def measure(part: slice):
+            maps.update({id(mesh): _Map.of(mesh.uvs[uv or mesh.active_uv]) for mesh in meshes[part]})
+
+        yield from named("checks", tiles.run(measure, tiles.slices(len(meshes), 1)))
     yield "read", 1.0
     findings.extend(_check_receivers(core, scene, target, objects))
     if target == "image" and camera:
