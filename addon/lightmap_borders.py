@@ -58,7 +58,7 @@ def _finished(geometry: Geometry, page: Page, raw: Light, settings: Settings) ->
     if raw.directional is not None:
         layers.append(raw.directional.reshape(*raw.valid.shape, -1))
     cuts = atlas_seams(geometry, page) if settings.stitch else Seams.concatenate([])
-    whole = borders.bordered(np.concatenate(layers, -1), raw.valid, unlit, settings.margin, cuts)
+    whole = borders.bordered(np.concatenate(layers, -1), raw.valid, unlit, raw.centred, settings.margin, cuts)
     direct, indirect, radiance, more = np.split(whole.image, np.cumsum([n.shape[-1] for n in layers[:3]]), -1)
     light = replace(
         raw, direct=direct, indirect=indirect, centred=raw.centred & ~unlit, filled=whole.filled,

@@ -37,17 +37,20 @@ class Bordered:
     pairs: int
 
 
-def bordered(image: np.ndarray, valid: np.ndarray, hidden: np.ndarray, margin: int, found: Seams) -> Bordered:
+def bordered(
+    image: np.ndarray, valid: np.ndarray, hidden: np.ndarray, centred: np.ndarray, margin: int, found: Seams
+) -> Bordered:
     """A lightmap with everything that is not its own made up.
 
     image: (h, w, c). valid: (h, w) bool, where a surface is. hidden: (h, w) bool, where that lies inside of something.
-    margin: texels by which islands grow. found: seams, empty to leave them.
+    centred: (h, w) bool, whose middle a face covers. margin: texels by which islands grow. found: seams, empty to leave
+    them.
     """
     image = spread_in(image, valid & ~hidden, hidden)
     image, filled = dilate(image, valid, margin)
     before = disagreement(image, found)
     if len(found):
-        image = stitched(image, found, filled)
+        image = stitched(image, found, filled, centred & ~hidden)
     return Bordered(image, filled, int(hidden.sum()), before, disagreement(image, found), len(found))
 
 

@@ -3,8 +3,8 @@
 """Seams: where a smooth surface is cut apart on the UV map, the light on the two sides is made to agree.
 
 Along each seam pairs of points are taken, one on either side, and texels are changed as little as it takes for the two
-bilinear look-ups of each pair to give the same: least squares, min |A x|² + λ |x − x₀|² with a row of A for each pair,
-solved by conjugate gradients (as in Iwanicki, "Lighting technology of The Last of Us", SIGGRAPH 2013).
+bilinear look-ups of each pair to give the same: least squares, min |A x|² + Σ λᵢ (x − x₀)ᵢ² with a row of A for each
+pair, solved by conjugate gradients (as in Iwanicki, "Lighting technology of The Last of Us", SIGGRAPH 2013).
 """
 
 from collections.abc import Sequence
@@ -17,8 +17,9 @@ from .geometry import Geometry
 from .scene import Mesh
 
 # How much a texel's own value counts beside a pair's agreement: little, but enough that texels which pairs leave free
-# stay where they were.
-_OWN = 0.001
+# stay where they were; and more where light was found at its middle. The others lie beyond the seam, hold the light of
+# its near side, and are there to be set so that look-ups agree.
+_OWN, _KNOWN = 0.001, 0.01
 
 # Pairs of points for each texel of a seam's length.
 _DENSITY = 2.0
@@ -111,10 +112,11 @@ def disagreement(image: np.ndarray, found: Seams) -> float:
     return float(np.abs(sides[0] - sides[1]).sum(dtype=np.float64) / whole) if whole > 0 else 0.0
 
 
-def stitched(image: np.ndarray, found: Seams, filled: np.ndarray) -> np.ndarray:
+def stitched(image: np.ndarray, found: Seams, filled: np.ndarray, known: np.ndarray) -> np.ndarray:
     """An image whose sides agree along its seams: (h, w, c) float32 to the same.
 
-    filled: (h, w) bool, the texels that hold a value; pairs that would look at others are left out.
+    filled: (h, w) bool, the texels that hold a value; pairs that would look at others are left out. known: (h, w) bool,
+    those whose value is that of their middle; the others give way first.
     """
     sides = [_bilinear(filled.shape, points) for points in (found.first, found.second)]
     index, weight = (np.concatenate(part) for part in zip(*sides))
@@ -131,8 +133,9 @@ def stitched(image: np.ndarray, found: Seams, filled: np.ndarray) -> np.ndarray:
     # What has a sign may keep it, light stays light.
     least = flat[:, lit].min(0)[:, None]
     least = np.where(least < 0, least, _KEPT * values)
+    own = np.where(known.ravel()[place], _KNOWN, _OWN)
     for _ in range(_ROUNDS):
-        agreeing = _agreeing(values, index, weight)
+        agreeing = _agreeing(values, index, weight, own)
         values = np.maximum(agreeing, least)
         if np.array_equal(values, agreeing):
             break
@@ -141,10 +144,11 @@ def stitched(image: np.ndarray, found: Seams, filled: np.ndarray) -> np.ndarray:
     return out.reshape(image.shape)
 
 
-def _agreeing(start: np.ndarray, index: np.ndarray, weight: np.ndarray) -> np.ndarray:
+def _agreeing(start: np.ndarray, index: np.ndarray, weight: np.ndarray, own: np.ndarray) -> np.ndarray:
     """Texels at which the sides of all pairs agree: (c, m) float64 to the same.
 
-    index, weight: (8, n), of each pair's texels, negative for the second side's.
+    index, weight: (8, n), of each pair's texels, negative for the second side's. own: (m,), how much their own values
+    count.
     """
     m = start.shape[1]
 
@@ -156,8 +160,9 @@ def _agreeing(start: np.ndarray, index: np.ndarray, weight: np.ndarray) -> np.nd
         """Aᵀ of it: (c, n) -> (c, m)."""
         return np.stack([np.bincount(index.ravel(), (weight * channel).ravel(), m) for channel in gap])
 
-    # Preconditioned by the diagonal: texels that many pairs look at, and those that hardly any does, alike.
-    scale = 1 / (np.bincount(index.ravel(), (weight * weight).ravel(), m) + _OWN)
+    # Preconditioned by the diagonal, so that texels which many pairs look at and those which hardly any does go alike,
+    # and by what may give way: steps end long before it would show.
+    scale = 1 / own / (np.bincount(index.ravel(), (weight * weight).ravel(), m) + _OWN)
     change, apart = np.zeros_like(start), gap(start)
     enough = _ENOUGH / 2 * sum(np.abs((np.abs(weight) * channel.take(index)).sum(0)).sum() for channel in start)
     rest = -onto(apart)
@@ -167,7 +172,7 @@ def _agreeing(start: np.ndarray, index: np.ndarray, weight: np.ndarray) -> np.nd
         if np.abs(apart).sum() <= enough:
             break
         along_gap = gap(direction)
-        product = onto(along_gap) + _OWN * direction
+        product = onto(along_gap) + own * direction
         along = (direction * product).sum(1)
         step = np.divide(square, along, out=np.zeros_like(square), where=along > 0)[:, None]
         change += step * direction

@@ -35,7 +35,7 @@ def test_hidden_texels_take_the_light_around_them():
     hidden[20:40, 20:40] = True
     image = np.where(valid & ~hidden, 2.0, 0.0)[..., None].astype(np.float32)
     assert np.array_equal(borders.dark(image, valid), hidden)
-    done = borders.bordered(image, valid, hidden, 3, NONE)
+    done = borders.bordered(image, valid, hidden, valid, 3, NONE)
     assert np.allclose(done.image[valid], 2) and done.inside == 400
     assert done.filled[5:59, 8:56].all() and not done.filled[:5].any() and np.allclose(done.image[done.filled], 2)
 

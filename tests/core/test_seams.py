@@ -5,6 +5,8 @@ import pytest
 from gi_bake.gi_core.scene import Mesh
 from gi_bake.gi_core.seams import Seams, disagreement, seams, stitched
 
+ALL = np.ones((32, 32), bool)
+
 
 def roof(tilt=0.0):
     """Two squares that share the edge x = 0, with vertices of their own there, and UVs that lie apart."""
@@ -43,7 +45,7 @@ def test_stitching_makes_the_sides_agree_and_changes_little_else():
     before = disagreement(image, found)
     # Half on one side, one and a half times as much on the other.
     assert before == pytest.approx(0.4, abs=0.05)
-    done = stitched(image, found, np.ones((32, 32), bool))
+    done = stitched(image, found, ALL, ~ALL)
     assert disagreement(done, found) <= 0.01
     touched = np.zeros((32, 32), bool)
     touched[2:14, 13:15] = touched[1:15, 13:15] = touched[17:31, 17:19] = True
@@ -52,11 +54,27 @@ def test_stitching_makes_the_sides_agree_and_changes_little_else():
     assert done[touched].mean() == pytest.approx(image[touched].mean(), rel=0.01)
 
 
+def test_texels_beyond_the_seam_give_way_to_those_that_know_their_light():
+    """Light that is one slope over both squares, found at texels' middles and grown one texel beyond."""
+    found = seams(*roof())
+    image, known = np.zeros((32, 32, 1), np.float32), np.zeros((32, 32), bool)
+    column = np.arange(32)
+    slope = np.where(column < 16, column - 14, column - 18) + 0.5
+    slope[14:18] = [-0.5, -0.5, 0.5, 0.5]
+    image[..., 0] = 1 + 0.06 * slope
+    known[2:14, 2:14] = known[18:30, 18:30] = True
+    assert disagreement(image, found) == pytest.approx(0.06, rel=0.05)
+    alike, apart = (stitched(image, found, ALL, of) for of in (~ALL, known))
+    assert disagreement(alike, found) <= 0.01 and disagreement(apart, found) <= 0.01
+    moved = [np.abs(done - image)[known].max() for done in (alike, apart)]
+    assert moved[0] > 0.01 and moved[1] < 0.25 * moved[0]
+
+
 def test_what_is_lit_stays_lit():
     """Even where light changes from texel to texel so much that sides agree best with some below nothing."""
     found = seams(*roof())
     image = np.exp(np.random.default_rng(3).normal(0, 2, (32, 32, 3))).astype(np.float32)
-    done = stitched(image, found, np.ones((32, 32), bool))
+    done = stitched(image, found, ALL, ~ALL)
     assert disagreement(done, found) < 0.25 * disagreement(image, found)
     assert (done >= image / 8).all()
 
@@ -64,9 +82,9 @@ def test_what_is_lit_stays_lit():
 def test_pairs_that_would_look_beyond_the_islands_are_left_out():
     found, image = seams(*roof()), np.zeros((32, 32, 1), np.float32)
     image[:, 16:] = 1
-    filled = np.ones((32, 32), bool)
+    filled = ALL.copy()
     filled[:, 14] = False
-    assert np.array_equal(stitched(image, found, filled), image)
+    assert np.array_equal(stitched(image, found, filled, filled), image)
     assert disagreement(image, Seams.concatenate([])) == 0
 
 
@@ -74,7 +92,7 @@ def test_layers_without_light_stay_dark_beside_others():
     image = np.zeros((16, 16, 2), np.float32)
     found = Seams(np.float32([[3, 8], [3, 10]]), np.float32([[12, 8], [12, 10]]))
     filled = np.ones((16, 16), bool)
-    assert not stitched(image, found, filled).any()
+    assert not stitched(image, found, filled, filled).any()
     image[:, :8, 1] = 1
-    one = stitched(image, found, filled)
+    one = stitched(image, found, filled, filled)
     assert not one[..., 0].any() and disagreement(one, found) < 0.1 < disagreement(image, found)
