@@ -11,6 +11,7 @@ touched: `write` puts a result there. Closing the generator cancels the bake and
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -143,7 +144,9 @@ def bake(
     step = getattr(job.settings, "interpolation", 1)
     if step > 1 and job.target == "lightmap" and emitted is not None:
         done = maps + _COARSE * (1 - maps)
-        alone = replace(job, settings=replace(job.settings, light="indirect"))
+        # The filter reaches as far over the surface: each pass doubles its reach, as each step does a texel.
+        passes = max(1, job.settings.denoise_passes - int(math.log2(step)))
+        alone = replace(job, settings=replace(job.settings, light="indirect", denoise_passes=passes))
         of = _receivers(tracer, job, None, names, [page.coarser(step) for page in due.pages])
         canvases, more = yield from _collected(tracer, alone, emitted, None, of, None, stages, (maps, done))
         coarse, notes = Coarse(step, canvases), notes + more
