@@ -38,15 +38,14 @@ def bilateral_upsample(at, depth, position, normal, value, coarse_depth, coarse_
             there = coarse_depth[tap]
             surface = np.isfinite(there) & on
             there = np.where(surface, there, 0)
-            like = surface_weight(
-                depth / far, position, normal, there / far, coarse_position[tap], coarse_normal[tap], scale
-            ) * surface  # fmt: skip
+            tap_position, tap_normal = coarse_position.take(tap, 0), coarse_normal.take(tap, 0)
+            like = surface_weight(depth / far, position, normal, there / far, tap_position, tap_normal, scale) * surface
             weight = a * b * np.maximum(like, _LEAST * surface)
-            total += weight[:, None] * value[tap]
+            total += weight[:, None] * value.take(tap, 0)
             weights += weight
-            dq = coarse_position[tap] - position
-            same = surface & (a * b > 0) & (dot(normal, coarse_normal[tap]) > 0)
-            shown = np.maximum(shown, same * plane_weight(dq, np.abs(dot(dq, coarse_normal[tap])), scale))
+            dq = tap_position - position
+            same = surface & (a * b > 0) & (dot(normal, tap_normal) > 0)
+            shown = np.maximum(shown, same * plane_weight(dq, np.abs(dot(dq, tap_normal)), scale))
     return total / np.maximum(weights, np.float32(1e-20))[:, None], shown
 
 
