@@ -118,7 +118,12 @@ class GpuDevice:
         items = values.size // channels
         width, height = extent(items)
         data = np.zeros((width * height, stored), np.float32)
-        data[:items, :channels] = values.reshape(items, channels)
+        if stored == channels:
+            data[:items] = values.reshape(items, channels)
+        else:
+            # Three at a time numpy copies four times slower.
+            for to, plane in zip(data[:items].T, values.reshape(items, channels).T):
+                to[:] = plane
         store = Store(self, (width, height, FORMATS[channels]), False, data.ravel(), is_made=True)
         return GpuArray(store, values.shape, channels, kind)
 

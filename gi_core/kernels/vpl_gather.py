@@ -20,8 +20,8 @@ from .vpl_transfer import transfer
 # In the order of their numbers in GLSL.
 BOUNDS = ("disc", "distance", "geometry", "offset")
 
-# Points that share what is fetched of a light, where all take all of them.
-_BLOCK = 4
+# Points that share what is fetched of a light, where all take all of them, and where neighbours take much the same.
+_BLOCK, _NEIGHBOURS = 4, 8
 
 # Spreads the index of a group's first light over the bits of a hash's key.
 _GOLDEN = 0x9E3779B1
@@ -93,9 +93,16 @@ def unshadowed_on_gpu(gpu, here, lights, pattern, bound: str = "disc", candidate
         return irradiance
     place = _places(gpu, here)
     more, counts, floats = pattern.on_gpu(gpu, here, place)
+    inputs, integers = {**inputs, "place": (place, 2), **more}, {**integers, **counts}
+    sources = ("hash01", "place", *pattern.sources, "vpl_transfer")
+    order = pattern.order(here, _NEIGHBOURS)
+    if order is None:
+        gpu.dispatch("vpl_gather_some", n, inputs, {"irradiance": irradiance}, integers, floats, defines, sources,
+                     pattern.lights)  # fmt: skip
+        return irradiance
     gpu.dispatch(
-        "vpl_gather_some", n, {**inputs, "place": (place, 2), **more}, {"irradiance": irradiance},
-        {**integers, **counts}, floats, defines, ("hash01", "place", *pattern.sources, "vpl_transfer"), pattern.lights,
+        "vpl_gather_ordered", -(-n // _NEIGHBOURS), {**inputs, "order": (order, 1)}, {"irradiance": irradiance},
+        integers, floats, {**defines, "BLOCK": _NEIGHBOURS}, sources, 2 * _NEIGHBOURS * pattern.lights,
     )  # fmt: skip
     return irradiance
 

@@ -108,7 +108,8 @@ def test_one_of_several_candidates(gpu, pattern, candidates):
 
 
 @pytest.mark.parametrize("n", [0, 1, 63, 64, 65, 4099])
-@pytest.mark.parametrize("pattern, candidates", [("every", 1), ("strided", 4), ("disk", 1)])
+@pytest.mark.parametrize("pattern, candidates", [("every", 1), ("strided", 1), ("more than there are", 1),
+                                                 ("strided", 4), ("disk", 1)])  # fmt: skip
 def test_numbers_of_points(gpu, n, pattern, candidates):
     agrees(gpu, surfels(n, seed=n), lights(256), PATTERNS[pattern], candidates=candidates)
 
