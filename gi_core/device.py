@@ -23,9 +23,14 @@ from . import tiles
 from .gpu_array import FORMATS, WIDTH, GpuArray, Store, extent, size_of
 from .gpu_draw import Drawing
 from .gpu_shader import GROUP, ROW, compiled, given
+from .kernels.added import added
 
 # Seconds that one dispatch should take: drivers kill those of seconds, and a cancel waits for one.
 _DISPATCH = 0.05
+
+# Turns that the loops of one item make in one dispatch, one within the other counted too. Mesa's driver in software
+# leaves loops after 65535 of them and says nothing; and others' watchdogs do not know that an item takes long.
+_TURNS = 1 << 15
 
 
 class NumpyDevice:
@@ -146,6 +151,17 @@ class GpuDevice:
         result = function(slice(0, n))
         yield from self._done()
         return result
+
+    def added_up(self, n: int, turns: int, part: Callable[[int, int], GpuArray]) -> GpuArray:
+        """The sum over range(n) of what an item's loop finds, part(first, last) for some of it.
+
+        turns: of all loops for one of n, as many as there may be.
+        """
+        total = None
+        for one in tiles.slices(n, _TURNS // turns) or [slice(0, 0)]:
+            found = part(one.start, one.stop)
+            total = found if total is None else self.run(added, total, found)
+        return total
 
     def empty(self, shape: tuple[int, ...], channels: int, kind: type = np.float32) -> GpuArray:
         """An array of whatever was there."""

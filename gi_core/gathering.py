@@ -221,4 +221,5 @@ class Strided:
         return np.argsort((self._start(here) * 65536).astype(np.uint16), kind="stable")
 
     def _start(self, here: Surfels) -> np.ndarray:
-        return (hash01(here.place, self.seed) + np.float32(self.shift)) % 1
+        start = hash01(here.place, self.seed) + np.float32(self.shift)
+        return start - (start >= 1)

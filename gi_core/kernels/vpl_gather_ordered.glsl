@@ -22,7 +22,7 @@ void kernel(int i)
     low = min(low, state[b]);
     high = max(high, state[b]);
   }
-  for (int k = 0; k < samples; k++) {
+  for (int k = begin; k < end; k++) {
     int last = light_of(high, k);
     for (int light = light_of(low, k); light <= last; light++) {
       vec4 at = light_at(light);
@@ -30,14 +30,14 @@ void kernel(int i)
       vec3 sent = flux(light);
       for (int b = 0; b < BLOCK; b++) {
         if (light_of(state[b], k) == light) {
-          total[b] += transfer(here[b], up[b], at.xyz, axis, at.w) * scale_of(point[b]) * sent;
+          total[b] += transfer(here[b], up[b], at.xyz, axis, at.w) * sent;
         }
       }
     }
   }
   for (int b = 0; b < BLOCK; b++) {
     if (i * BLOCK + b < points) {
-      set_irradiance(point[b], total[b]);
+      set_irradiance(point[b], total[b] * scale_of(point[b]));
     }
   }
 }
