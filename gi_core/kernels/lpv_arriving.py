@@ -26,7 +26,7 @@ SEAM = 0.25
 _ENDLESS = 1e30
 
 # Turns that the loops for a source's rays take.
-_RAY = 1 << 10
+_RAY = 1 << 12
 
 # A ray's end over the distance of the cell, as for `Tracer.connected`.
 _SHORT = np.float32(1 - 1e-4)

@@ -119,6 +119,19 @@ def test_a_single_light(gpu):
     agrees(gpu, surfels(70), lights(1), Strided(8, 1, 0.5, 1), candidates=4)
 
 
+@pytest.mark.parametrize("pattern", [Every(70_000), Strided(70_000, 500, 0.5, 1), Strided(70_000, 90_000, 0.5, 1)])
+def test_more_lights_than_a_loop_has_turns(gpu, pattern):
+    """Mesa's driver in software leaves loops after 65535 turns."""
+    vpls = lights(pattern.count if isinstance(pattern, Strided) else pattern.lights)
+    agrees(gpu, surfels(9), vpls, pattern)
+
+
+def test_more_weights_than_a_loop_has_turns(same):
+    rng = np.random.default_rng(1)
+    picked = np.stack([rng.integers(0, 50, (70_000, 3)), rng.random((70_000, 3))], -1).astype(np.float32)
+    same(added, picked, rng.random((50, 3), np.float32))
+
+
 @pytest.mark.parametrize("n", [0, 1, 65, 1000])
 def test_weighted_lights_are_added(same, n):
     rng = np.random.default_rng(n)
