@@ -71,6 +71,7 @@ def test_what_layers_hold(same, grid):
     # The order of summation differs.
     same(layer_sums, random(4, *grid, 3), tolerance=1e-3)
     same(added, random(4, *grid, 3), random(4, *grid, 3, seed=1))
+    same(added, random(0, 3), random(0, 3))
 
 
 @pytest.mark.parametrize("grid", GRIDS)
@@ -83,7 +84,7 @@ def test_the_look_up(same, grid, n, bands):
     same(trilinear, values, local, grid, share, random(n, bands, 3, seed=4))
 
 
-@pytest.mark.parametrize("cells, n", [(0, 5), (1, 1), (65, 3), (300, 70)])
+@pytest.mark.parametrize("cells, n", [(0, 5), (5, 0), (1, 1), (65, 3), (300, 70)])
 @pytest.mark.parametrize("inner, outer", [(0, np.inf), (0, 0.8), (0.3, np.inf)])
 def test_what_goes_straight_to_cells(same, cells, n, inner, outer):
     middles, centre = random(cells, 3), random(n, 3, seed=1)
