@@ -217,7 +217,7 @@ class GpuDevice:
                 compiled(self._gpu, source, inputs, outputs, integers, floats, defines, with_sources)
             )
 
-        self._waiting.append(lambda: self._worked(program, n, inputs, outputs, integers, floats, steps))
+        self._waiting.append(lambda: self._worked(program, n, inputs, outputs, integers, floats, max(1, steps)))
 
     def draw(
         self,
