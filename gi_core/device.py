@@ -23,9 +23,14 @@ from . import tiles
 from .gpu_array import FORMATS, WIDTH, GpuArray, Store, extent, size_of
 from .gpu_draw import Drawing
 from .gpu_shader import GROUP, ROW, compiled, given
+from .kernels.added import added
 
 # Seconds that one dispatch should take: drivers kill those of seconds, and a cancel waits for one.
 _DISPATCH = 0.05
+
+# Turns that the loops of one item make in one dispatch, one within the other counted too. Mesa's driver in software
+# leaves loops after 65535 of them and says nothing; and others' watchdogs do not know that an item takes long.
+_TURNS = 1 << 15
 
 
 class NumpyDevice:
@@ -118,7 +123,12 @@ class GpuDevice:
         items = values.size // channels
         width, height = extent(items)
         data = np.zeros((width * height, stored), np.float32)
-        data[:items, :channels] = values.reshape(items, channels)
+        if stored == channels:
+            data[:items] = values.reshape(items, channels)
+        else:
+            # Three at a time numpy copies four times slower.
+            for to, plane in zip(data[:items].T, values.reshape(items, channels).T):
+                to[:] = plane
         store = Store(self, (width, height, FORMATS[channels]), False, data.ravel(), is_made=True)
         return GpuArray(store, values.shape, channels, kind)
 
@@ -141,6 +151,17 @@ class GpuDevice:
         result = function(slice(0, n))
         yield from self._done()
         return result
+
+    def added_up(self, n: int, turns: int, part: Callable[[int, int], GpuArray]) -> GpuArray:
+        """The sum over range(n) of what an item's loop finds, part(first, last) for some of it.
+
+        turns: of all loops for one of n, as many as there may be.
+        """
+        total = None
+        for one in tiles.slices(n, _TURNS // turns) or [slice(0, 0)]:
+            found = part(one.start, one.stop)
+            total = found if total is None else self.run(added, total, found)
+        return total
 
     def empty(self, shape: tuple[int, ...], channels: int, kind: type = np.float32) -> GpuArray:
         """An array of whatever was there."""
@@ -196,7 +217,7 @@ class GpuDevice:
                 compiled(self._gpu, source, inputs, outputs, integers, floats, defines, with_sources)
             )
 
-        self._waiting.append(lambda: self._worked(program, n, inputs, outputs, integers, floats, steps))
+        self._waiting.append(lambda: self._worked(program, n, inputs, outputs, integers, floats, max(1, steps)))
 
     def draw(
         self,

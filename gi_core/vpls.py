@@ -63,11 +63,13 @@ class Packed:
     def of(vpls: Vpls, area: float | None = None) -> "Packed":
         """area: of all [m²], None for each light's own."""
         area = vpls.area if area is None else np.full(len(vpls), area, np.float32)
-        at, axis = (np.column_stack(a) for a in ((vpls.position, area), (vpls.normal, vpls.brightness)))
+        at, axis = (np.stack([*v.T, w], -1) for v, w in ((vpls.position, area), (vpls.normal, vpls.brightness)))
         return Packed(at, axis, vpls.flux, vpls.origin)
 
-    def on(self, device: Device) -> "Packed":
-        return Packed(*(device.array(getattr(self, f.name), getattr(self, f.name).shape[1]) for f in fields(self)))
+    def on(self, device: Device, with_origins: bool) -> "Packed":
+        """with_origins: whether rays are asked for there."""
+        there = (device.array(a, a.shape[1]) for a in (self.at, self.axis, self.flux))
+        return Packed(*there, device.array(self.origin, 3) if with_origins else self.origin)
 
 
 def coherent(vpls: Vpls) -> np.ndarray:

@@ -4,11 +4,12 @@
 
 
 def added(first, second):
-    """first + second, of one shape (..., 3)."""
+    """first + second, of one shape; (..., 3) where they are not on a card."""
     return first + second
 
 
 def added_on_gpu(gpu, first, second):
-    total = gpu.empty(first.shape, 3)
-    gpu.dispatch("added", total.items, {"one": (first, 3), "other": (second, 3)}, {"sum_": total})
+    channels = getattr(first, "channels", 3)
+    total = gpu.empty(first.shape, channels)
+    gpu.dispatch("added", total.items, {"one": (first, channels), "other": (second, channels)}, {"sum_": total})
     return total

@@ -16,7 +16,7 @@ void kernel(int i)
   for (int k = 0; k < 9; k++) {
     total[k] = vec3(0.0);
   }
-  for (int s = 0; s < sources; s++) {
+  for (int s = begin; s < end; s++) {
     vec3 d = here - centre(s);
     float r2 = dot(d, d);
     float weight = beyond(sqrt(r2), inner) - beyond(sqrt(r2), outer);

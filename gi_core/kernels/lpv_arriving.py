@@ -25,6 +25,9 @@ SEAM = 0.25
 # What stands for no radius on a card.
 _ENDLESS = 1e30
 
+# Turns that the loops for a source's rays take.
+_RAY = 1 << 12
+
 # A ray's end over the distance of the cell, as for `Tracer.connected`.
 _SHORT = np.float32(1 - 1e-4)
 
@@ -96,16 +99,21 @@ def arriving(middles, centre, vector, rest, ahead, starts, inner: float, outer: 
 
 
 def arriving_on_gpu(gpu, middles, centre, vector, rest, ahead, starts, inner, outer, cell, bvh=None):
-    n = len(centre)
-    found = gpu.empty((len(middles), BANDS**2, 3), 3)
     inputs = {
         "middle": (middles, 3), "centre": (centre, 3), "vector": (vector, 3),
         "rest": (np.column_stack([rest, ahead]), 4), "start": (starts, 3),
     }  # fmt: skip
-    given = {"found": found}, {"sources": n}, {"inner": inner, "outer": min(outer, _ENDLESS), "cell": cell}
+    inputs = {name: (gpu.array(*values), values[1]) for name, values in inputs.items()}
+    floats = {"inner": inner, "outer": min(outer, _ENDLESS), "cell": cell}
     defines = {"STARTS": starts.shape[1], "SEEN": int(bvh is not None)}
-    if bvh is None:
-        gpu.dispatch("lpv_arriving", len(middles), inputs, *given, defines, steps=n)
-    else:
-        trace(gpu, "lpv_arriving", len(middles), inputs, *given, defines, bvh=bvh, is_any=True, rays=n)
-    return found
+
+    def part(first: int, last: int):
+        found, span = gpu.empty((len(middles), BANDS**2, 3), 3), {"begin": first, "end": last}
+        given = "lpv_arriving", len(middles), inputs, {"found": found}, span, floats, defines
+        if bvh is None:
+            gpu.dispatch(*given, steps=last - first)
+        else:
+            trace(gpu, *given, bvh=bvh, is_any=True, rays=last - first)
+        return found
+
+    return gpu.added_up(len(centre), 1 if bvh is None else _RAY, part)

@@ -55,12 +55,16 @@ def summed_on_gpu(gpu, cell, values, size: int):
     """Each cell gathers its own: cards add no floating-point numbers from several sides."""
     columns = math.prod(values.shape[1:])
     channels = next(c for c in (4, 3, 2, 1) if columns % c == 0 and values.shape[-1] % c == 0)
-    total = gpu.empty((size, *values.shape[1:]), channels)
     order = np.argsort(cell, kind="stable")
     start = np.searchsorted(cell[order], np.arange(size + 1))
-    gpu.dispatch(
-        "summed", size * columns // channels,
-        {"values": (values, channels), "order": (order, 1), "start": (start, 1)}, {"total": total},
-        defines={"COLUMNS": columns // channels}, steps=max(1, len(cell) // max(1, size)),
-    )  # fmt: skip
-    return total
+    inputs = {"values": (values, channels), "order": (gpu.array(order, 1), 1), "start": (gpu.array(start, 1), 1)}
+
+    def part(first: int, last: int):
+        total = gpu.empty((size, *values.shape[1:]), channels)
+        gpu.dispatch(
+            "summed", size * columns // channels, inputs, {"total": total}, {"begin": first, "end": last},
+            defines={"COLUMNS": columns // channels}, steps=max(1, len(cell) // max(1, size)),
+        )  # fmt: skip
+        return total
+
+    return gpu.added_up(int(np.diff(start).max(initial=0)), 1, part)

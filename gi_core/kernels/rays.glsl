@@ -28,8 +28,9 @@ int entry_of(vec4 low, vec4 high)
   return count > 0 ? -(int(low.w) * 8 + count) : int(low.w);
 }
 
-// The nearest hit behind a distance, or of what lets no light through, in front of which all rays are: the triangle's place in the hierarchy, −1 for a miss, weights of its second and
-// third corner, distance. Of hits at one distance it is the first triangle's.
+// The nearest hit behind a distance, or of what lets no light through, in front of which all rays are: the triangle's
+// place in the hierarchy, −1 for a miss, weights of its second and third corner, distance. Of hits at one distance it is
+// the first triangle's.
 vec4 traced(vec3 origin, vec3 direction, float far_, float beyond)
 {
   vec4 hit = vec4(-1.0, 0.0, 0.0, far_);

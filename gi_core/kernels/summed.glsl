@@ -7,9 +7,10 @@ void kernel(int i)
 {
   int cell = i / COLUMNS;
   int column = i % COLUMNS;
-  int last = int(start(cell + 1));
+  int first = int(start(cell));
+  int last = min(int(start(cell + 1)), first + end);
   values_t total = values_t(0.0);
-  for (int k = int(start(cell)); k < last; k++) {
+  for (int k = first + begin; k < last; k++) {
     total += values(int(order(k)) * COLUMNS + column);
   }
   set_total(i, total);

@@ -6,7 +6,7 @@
 void kernel(int i)
 {
   vec3 total = vec3(0.0);
-  for (int s = 0; s < samples; s++) {
+  for (int s = begin; s < end; s++) {
     vec2 light = picked(s * points + i);
     if (light.y > 0.0) {
       total += light.y * flux(int(light.x));

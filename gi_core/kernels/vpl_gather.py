@@ -20,8 +20,11 @@ from .vpl_transfer import transfer
 # In the order of their numbers in GLSL.
 BOUNDS = ("disc", "distance", "geometry", "offset")
 
-# Points that share what is fetched of a light, where all take all of them.
-_BLOCK = 4
+# Points that share what is fetched of a light, where all take all of them, and where neighbours take much the same.
+_BLOCK, _NEIGHBOURS = 4, 8
+
+# Turns for each light that neighbours take: one or two lights, rarely more.
+_AROUND = 4
 
 # Spreads the index of a group's first light over the bits of a hash's key.
 _GOLDEN = 0x9E3779B1
@@ -83,21 +86,28 @@ def unshadowed_on_gpu(gpu, here, lights, pattern, bound: str = "disc", candidate
     if candidates > 1:
         return gpu.run(added, gpu.run(chosen, here, lights, pattern, bound, candidates), lights.flux)
     n, inputs = len(here), {**_points(here, lights), "flux": (lights.flux, 3)}
-    irradiance, integers = gpu.empty((n, 3), 3), {"samples": pattern.lights, "points": n}
-    defines = {"BLOCK": _BLOCK, "BOUND": BOUNDS.index(bound)}
+    integers, floats, defines = {"points": n}, {}, {"BLOCK": 1, "BOUND": BOUNDS.index(bound)}
+    source, sources, turns = "vpl_gather_every", ("vpl_transfer",), 1
     if "vpl_every" in pattern.sources:
+        defines["BLOCK"] = _BLOCK
+    else:
+        place = _places(gpu, here)
+        more, counts, floats = pattern.on_gpu(gpu, here, place)
+        inputs, integers = {**inputs, "place": (place, 2), **more}, {**integers, **counts}
+        source, sources = "vpl_gather_some", ("hash01", "place", *pattern.sources, "vpl_transfer")
+        order = pattern.order(here, _NEIGHBOURS)
+        if order is not None:
+            source, inputs["order"], defines["BLOCK"], turns = "vpl_gather_ordered", (order, 1), _NEIGHBOURS, _AROUND
+
+    def part(first: int, last: int):
+        irradiance, block = gpu.empty((n, 3), 3), defines["BLOCK"]
         gpu.dispatch(
-            "vpl_gather_every", -(-n // _BLOCK), inputs, {"irradiance": irradiance}, integers, defines=defines,
-            with_sources=("vpl_transfer",), steps=_BLOCK * pattern.lights,
+            source, -(-n // block), inputs, {"irradiance": irradiance}, {**integers, "begin": first, "end": last},
+            floats, defines, sources, steps=block * turns * (last - first),
         )  # fmt: skip
         return irradiance
-    place = _places(gpu, here)
-    more, counts, floats = pattern.on_gpu(gpu, here, place)
-    gpu.dispatch(
-        "vpl_gather_some", n, {**inputs, "place": (place, 2), **more}, {"irradiance": irradiance},
-        {**integers, **counts}, floats, defines, ("hash01", "place", *pattern.sources, "vpl_transfer"), pattern.lights,
-    )  # fmt: skip
-    return irradiance
+
+    return gpu.added_up(pattern.lights, turns, part)
 
 
 def _places(gpu, here):
@@ -113,12 +123,16 @@ def added(picked: np.ndarray, flux: np.ndarray) -> np.ndarray:
 
 def added_on_gpu(gpu, picked, flux):
     s, n, _ = picked.shape
-    irradiance = gpu.empty((n, 3), 3)
-    gpu.dispatch(
-        "vpl_added", n, {"picked": (picked, 2), "flux": (flux, 3)}, {"irradiance": irradiance},
-        integers={"samples": s, "points": n}, steps=s,
-    )  # fmt: skip
-    return irradiance
+
+    def part(first: int, last: int):
+        irradiance = gpu.empty((n, 3), 3)
+        gpu.dispatch(
+            "vpl_added", n, {"picked": (picked, 2), "flux": (flux, 3)}, {"irradiance": irradiance},
+            integers={"begin": first, "end": last, "points": n}, steps=last - first,
+        )  # fmt: skip
+        return irradiance
+
+    return gpu.added_up(s, 1, part)
 
 
 def _points(here, lights) -> dict:

@@ -14,7 +14,7 @@ void kernel(int i)
     up[b] = normal(point);
     total[b] = vec3(0.0);
   }
-  for (int k = 0; k < samples; k++) {
+  for (int k = begin; k < end; k++) {
     vec4 at = light_at(k);
     vec3 axis = light_axis(k).xyz;
     vec3 sent = flux(k);

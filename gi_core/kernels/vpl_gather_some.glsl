@@ -10,7 +10,7 @@ void kernel(int i)
   vec4 state = state_of(i);
   float scale = scale_of(i);
   vec3 total = vec3(0.0);
-  for (int k = 0; k < samples; k++) {
+  for (int k = begin; k < end; k++) {
     int light = light_of(state, k);
     if (light >= 0) {
       vec4 at = light_at(light);

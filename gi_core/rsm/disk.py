@@ -75,3 +75,6 @@ class Disk:
         )  # fmt: skip
         inputs = {**samples, "scale": (scale, 1), "light_of_texel": (self.rows, 1)}
         return inputs, {**integers, "side": self.view.resolution}, {"radius": self.radius}
+
+    def order(self, here: Surfels, neighbours: int):
+        return None

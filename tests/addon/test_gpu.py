@@ -57,6 +57,7 @@ def test_arrays_wait_outside_where_others_need_the_room(gpu, monkeypatch):
     for one in image:
         assert one.texture
     monkeypatch.setattr(gpu, "budget", 0)
+    assert gpu.array(random(1), 1).texture  # for which all goes that was kept
     total = gpu.run(added, *image)
     gpu.peak = 0
     np.testing.assert_array_equal(gpu.numpy(total), expected[0] + expected[1])

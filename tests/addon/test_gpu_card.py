@@ -25,7 +25,7 @@ JOBS = {
     "rsm, emitters": ("emissive", Job("rsm", "vertices", settings=RSM)),
     "lpv": ("sunlit_room", Job("lpv", resolution=24, settings=LPV)),
     "lpv, flat": ("sunlit_room", Job("lpv", resolution=24, settings=replace(LPV, propagation="flat"))),
-    "lpv, fog": ("pan", Job("lpv", resolution=24, settings=replace(LPV, fog_density=0.1))),
+    "lpv, fog, alpha": ("pan", Job("lpv", resolution=16, settings=replace(LPV, fog_density=0.1))),
     "ssgi, mixed": ("pan", Job("ssgi", resolution=48, settings=replace(SSGI, mode="mixed"))),
     "ssgi, probes": ("sunlit_room", Job("ssgi", resolution=32, settings=replace(SSGI, fallback="both", probe_cells=3))),
     "ssgi, rays": ("sunlit_room", Job("ssgi", resolution=32, settings=replace(SSGI, mode="ray_traced"))),

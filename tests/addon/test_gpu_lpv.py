@@ -47,6 +47,15 @@ def test_injection(same, n):
         same(summed, cell, random(n, *columns), 75, tolerance=1e-3)
 
 
+def test_more_lights_in_a_cell_than_a_loop_has_turns(same):
+    """Mesa's driver in software leaves loops after 65535 turns."""
+    n = 70_000
+    same(summed, np.full(n, 2), random(n, 4, 3), 3, tolerance=1e-3)
+    vector, rest = sharpened(coefficients(random(n, 3), units(n)))
+    sent = random(n, 3, seed=1), vector, rest, rest.mean(-1) + np.float32(0.1), np.zeros((n, 4, 3), np.float32)
+    same(arriving, random(2, 3, seed=2), *sent, 0, np.inf, 0.1, tolerance=1e-3)
+
+
 @pytest.mark.parametrize("grid", GRIDS)
 def test_a_step_of_propagation(same, grid):
     front = random(4, *grid, 3)
@@ -62,6 +71,7 @@ def test_what_layers_hold(same, grid):
     # The order of summation differs.
     same(layer_sums, random(4, *grid, 3), tolerance=1e-3)
     same(added, random(4, *grid, 3), random(4, *grid, 3, seed=1))
+    same(added, random(0, 3), random(0, 3))
 
 
 @pytest.mark.parametrize("grid", GRIDS)
@@ -74,7 +84,7 @@ def test_the_look_up(same, grid, n, bands):
     same(trilinear, values, local, grid, share, random(n, bands, 3, seed=4))
 
 
-@pytest.mark.parametrize("cells, n", [(0, 5), (1, 1), (65, 3), (300, 70)])
+@pytest.mark.parametrize("cells, n", [(0, 5), (5, 0), (1, 1), (65, 3), (300, 70)])
 @pytest.mark.parametrize("inner, outer", [(0, np.inf), (0, 0.8), (0.3, np.inf)])
 def test_what_goes_straight_to_cells(same, cells, n, inner, outer):
     middles, centre = random(cells, 3), random(n, 3, seed=1)

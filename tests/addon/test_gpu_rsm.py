@@ -108,7 +108,8 @@ def test_one_of_several_candidates(gpu, pattern, candidates):
 
 
 @pytest.mark.parametrize("n", [0, 1, 63, 64, 65, 4099])
-@pytest.mark.parametrize("pattern, candidates", [("every", 1), ("strided", 4), ("disk", 1)])
+@pytest.mark.parametrize("pattern, candidates", [("every", 1), ("strided", 1), ("more than there are", 1),
+                                                 ("strided", 4), ("disk", 1)])  # fmt: skip
 def test_numbers_of_points(gpu, n, pattern, candidates):
     agrees(gpu, surfels(n, seed=n), lights(256), PATTERNS[pattern], candidates=candidates)
 
@@ -116,6 +117,19 @@ def test_numbers_of_points(gpu, n, pattern, candidates):
 def test_a_single_light(gpu):
     agrees(gpu, surfels(70), lights(1), Every(1))
     agrees(gpu, surfels(70), lights(1), Strided(8, 1, 0.5, 1), candidates=4)
+
+
+@pytest.mark.parametrize("pattern", [Every(70_000), Strided(70_000, 500, 0.5, 1), Strided(70_000, 90_000, 0.5, 1)])
+def test_more_lights_than_a_loop_has_turns(gpu, pattern):
+    """Mesa's driver in software leaves loops after 65535 turns."""
+    vpls = lights(pattern.count if isinstance(pattern, Strided) else pattern.lights)
+    agrees(gpu, surfels(9), vpls, pattern)
+
+
+def test_more_weights_than_a_loop_has_turns(same):
+    rng = np.random.default_rng(1)
+    picked = np.stack([rng.integers(0, 50, (70_000, 3)), rng.random((70_000, 3))], -1).astype(np.float32)
+    same(added, picked, rng.random((50, 3), np.float32))
 
 
 @pytest.mark.parametrize("n", [0, 1, 65, 1000])

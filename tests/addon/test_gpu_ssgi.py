@@ -13,13 +13,18 @@ from gi_bake.gi_core.kernels.diffuse_filter import diffuse_filter
 from gi_bake.gi_core.kernels.hit_light import hit_light
 from gi_bake.gi_core.kernels.horizon_scan import horizon_scan
 from gi_bake.gi_core.kernels.march_cells import march_cells
+from gi_bake.gi_core.kernels.pixel_planes import pixel_planes
 from gi_bake.gi_core.kernels.reflected import reflected
 from gi_bake.gi_core.kernels.reproject import reproject
 from gi_bake.gi_core.kernels.scan_light import scan_light
+from gi_bake.gi_core.kernels.screen_trace import screen_trace
 from gi_bake.gi_core.kernels.slice_draws import slice_draws
 from gi_bake.gi_core.kernels.spread import spread
 from gi_bake.gi_core.kernels.surface_weight import surface_weight
 from gi_bake.gi_core.kernels.temporal import history_taps, temporal
+from gi_bake.gi_core.scene import Camera
+from gi_bake.gi_core.ssgi.frame import DepthMap
+from gi_bake.gi_core.ssgi.screen import Screen
 
 F = 40.0
 SIZES = [(1, 1), (5, 70), (64, 64), (33, 129)]
@@ -46,6 +51,16 @@ def surface(h, w, seed=0, empty=0.15):
     hole = rng.random((h, w)) < empty
     depth[hole], position[hole], normal[hole] = np.inf, 0, 0
     return depth, position, normal
+
+
+def seen(h, w, seed, kind="PERSPECTIVE"):
+    """The same by a camera in the world: its Screen, depth, position, normal."""
+    depth, position, normal = surface(h, w, seed)
+    if kind == "ORTHOGRAPHIC":
+        position[..., :2] *= np.where(np.isfinite(depth), 4 / depth, 0)[..., None]
+    half = np.float64([w, h]) / 2 / (F if kind == "PERSPECTIVE" else F / 4)
+    camera = Camera(kind, np.eye(4), (-half[0], half[0], -half[1], half[1]), (w, h), (0.1, 100))
+    return Screen(camera), depth, *(v * np.float32([1, 1, -1]) for v in (position, normal))
 
 
 def mostly(gpu, kernel, *arguments, share=0.999, **settings):
@@ -99,6 +114,32 @@ def test_the_march(gpu, n):
 def test_what_a_march_reads(same, size):
     depth, slope = random(*size), random(*size, 2, seed=1)
     same(march_cells, depth, slope, depth_pyramid(depth, 7)[0])
+
+
+@pytest.mark.parametrize("size", [*SIZES, (0, 0)])
+@pytest.mark.parametrize("kind", ["PERSPECTIVE", "ORTHOGRAPHIC"])
+def test_planes_of_pixels(same, size, kind):
+    screen, depth, position, normal = seen(*size, 7, kind)
+    same(pixel_planes, depth.ravel(), position.reshape(-1, 3), normal.reshape(-1, 3), screen)
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("kind", ["PERSPECTIVE", "ORTHOGRAPHIC"])
+@pytest.mark.parametrize("certain", [False, True])
+def test_rays_over_the_screen(gpu, size, kind, certain):
+    (h, w), (screen, depth, position, normal) = size, seen(*size, 8, kind)
+    planes = pixel_planes(depth.ravel(), position.reshape(-1, 3), normal.reshape(-1, 3), screen)
+    pyramid, table = depth_pyramid(planes[2].reshape(size), 7)
+    march = DepthMap(march_cells(planes[0].reshape(size), planes[1].reshape(h, w, 2), pyramid), table)
+    tilted = (normal + random(h, w, 3, seed=9) * np.float32(0.3)) / np.float32(1.1)
+    pixels = np.flatnonzero(np.isfinite(depth)).astype(np.int32)
+    valid, points = random(h * w, seed=10) > 0.1, random(3, 2, seed=11)
+    given = depth, position, normal, normal, march, points, screen, 2**33 + 5, 1 / 1.1, 64, certain
+    for few in (pixels[:0], pixels[:1], pixels):
+        mostly(gpu, screen_trace, few, few + 2**20, valid, *given, share=0.99)
+    mostly(gpu, screen_trace, pixels, pixels, None, *given, tilted, share=0.99)
+    met = screen_trace(pixels, pixels, None, *given) >= 0
+    assert h * w < 1000 or certain or 0.01 < met.mean() < 0.9
 
 
 @pytest.mark.parametrize("n", LENGTHS)
