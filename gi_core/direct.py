@@ -16,7 +16,7 @@ from .sampling import Samples, cosine_hemisphere, hash01, r2_sequence, rotated
 from .scene import Light
 from .surfels import Surfels
 from .trace import FAR, Tracer
-from .vectors import dot, lit, offset
+from .vectors import dot, lit, offset, pick
 
 # Points times samples worked on at once by a thread; what stays in a core's cache is three times as fast.
 _PAIRS = 1 << 15
@@ -53,9 +53,9 @@ def from_lamp(
         far = np.minimum(arrival.distance[shone] * np.float32(1 - 1e-4), FAR)
         # The shading normal decides whether a surface is lit. Where its face looks the other way the ray starts behind
         # it, as in Cycles: a closed mesh then shades itself, a sheet of cloth is lit through.
-        face = surfels.face[row]
+        face = pick(surfels.face, row)
         side = np.sign(dot(face, direction))[:, None]
-        cosine[shone] *= tracer.transmittance(offset(surfels.position[row], face * side), direction, far)
+        cosine[shone] *= tracer.transmittance(offset(pick(surfels.position, row), face * side), direction, far)
     cosine[shone] *= surfels.shadowing(row, direction)
     irradiance = arrival.irradiance
     if brdf:
@@ -74,7 +74,7 @@ def from_environment(
     n, count = len(surfels), samples.count
     u = rotated(r2_sequence(count, samples.first), surfels.place, seed).reshape(-1, 2)
     row = np.repeat(np.arange(n), count)
-    normal = surfels.normal[row]
+    normal = pick(surfels.normal, row)
     direction = cosine_hemisphere(normal, u)
     if sky.share:
         # Of an odd number of rays a point has one more of either kind, by chance.
@@ -82,8 +82,8 @@ def from_environment(
         drawn = np.flatnonzero(turn.ravel() < sky.share)
         direction[drawn] = sky.sample(u[drawn])
     cosine = dot(normal, direction)
-    up = np.flatnonzero((cosine > 0) & (dot(surfels.face[row], direction) > 0))
-    seen = tracer.transmittance(surfels.origin[row[up]], direction[up], np.full(len(up), FAR))
+    up = np.flatnonzero((cosine > 0) & (dot(pick(surfels.face, row), direction) > 0))
+    seen = tracer.transmittance(pick(surfels.origin, row[up]), pick(direction, up), np.full(len(up), FAR))
     up, seen = up[seen > 0], seen[seen > 0, None]
     worth = np.float32(np.pi)
     if sky.share:
@@ -93,7 +93,7 @@ def from_environment(
     if surfels.is_bumpy:
         seen = seen * surfels.shadowing(row[up], direction[up])[:, None]
     arrived = np.zeros((n * count, 3), np.float32)
-    arrived[up] = worth * seen * sky.radiance(direction[up])
+    arrived[up] = worth * seen * sky.radiance(pick(direction, up))
     if brdf:
         arrived[up] *= brdf(row[up], direction[up])
     return arrived.reshape(n, count, 3).mean(1)

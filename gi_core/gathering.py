@@ -16,7 +16,7 @@ from .kernels.vpl_shadowed import shadowed
 from .sampling import Samples, hash01
 from .surfels import Surfels
 from .trace import Tracer
-from .vectors import dot
+from .vectors import dot, pick
 from .vpls import Packed, Vpls
 
 # Pairs of surfel and light worked on at once by a thread: arrays that stay within a core's cache and some 50 MB of
@@ -94,11 +94,11 @@ def _seen(tracer: Tracer, here: Surfels, vpls: Vpls, picked: np.ndarray) -> np.n
     """Irradiance from the picked lights, as far as they are in sight: (s, n, 2) -> (n, 3)."""
     index, weight = picked[..., 0], picked[..., 1]
     pair = np.nonzero(weight)
-    origin, target = here.origin[pair[1]], vpls.origin[index[pair].astype(np.int32)]
+    origin, target = pick(here.origin, pair[1]), pick(vpls.origin, index[pair].astype(np.int32))
     # A surface's back is dark, whatever its shading normal says.
-    seen = dot(target - origin, here.face[pair[1]]) > 0
-    share = np.zeros(len(seen), np.float32)
-    share[seen] = tracer.between(origin[seen], target[seen])
+    seen = np.flatnonzero(dot(target - origin, pick(here.face, pair[1])) > 0)
+    share = np.zeros(len(origin), np.float32)
+    share[seen] = tracer.between(pick(origin, seen), pick(target, seen))
     weight[pair] *= share
     return added(picked, vpls.flux)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from .scene import BLACK, ColorSource, Mesh, Scene
 from .texture import sample
-from .vectors import cross, dot, length, normalize
+from .vectors import cross, dot, length, normalize, pick
 
 
 class Geometry:
@@ -89,19 +89,20 @@ class Geometry:
 
     def position(self, triangle: np.ndarray, weights: np.ndarray) -> np.ndarray:
         """Points from barycentric weights: (n,), (n, 3) -> (n, 3) float32 [m]."""
-        a, b, c = (self.vertices[self.triangles[triangle, k]] for k in range(3))
+        a, b, c = (pick(self.vertices, corner) for corner in pick(self.triangles, triangle).T)
         return (weights[:, :1] * a + weights[:, 1:2] * b + weights[:, 2:] * c).astype(np.float32)
 
     def face_normal(self, triangle: np.ndarray) -> np.ndarray:
         """Unit geometric normals on the mesh's front: (n,) -> (n, 3) float32; zero for triangles without area."""
-        a, b, c = (self.vertices[self.triangles[triangle, k]] for k in range(3))
+        a, b, c = (pick(self.vertices, corner) for corner in pick(self.triangles, triangle).T)
         normal = normalize(cross(b - a, c - a))
         normal[self._mirrored[self.instance[triangle]]] *= -1
         return normal
 
     def shading_normal(self, triangle: np.ndarray, weights: np.ndarray) -> np.ndarray:
         """Unit interpolated corner normals: (n,), (n, 3) -> (n, 3) float32."""
-        return self._to_world(triangle, np.einsum("nk,nkc->nc", weights, self._normals[self.mesh_triangle(triangle)]))
+        corners = pick(self._normals, self.mesh_triangle(triangle))
+        return self._to_world(triangle, np.einsum("nk,nkc->nc", weights, corners))
 
     def mapped_normal(
         self, triangle: np.ndarray, weights: np.ndarray, smooth: np.ndarray, behind=None
@@ -127,7 +128,7 @@ class Geometry:
 
     def _to_world(self, triangle: np.ndarray, local: np.ndarray) -> np.ndarray:
         """Unit normals in the world from normals in meshes' own space: (n,), (n, 3) -> (n, 3) float32."""
-        matrix = self._normal_matrix[self.instance[triangle]]
+        matrix = pick(self._normal_matrix, self.instance[triangle])
         return normalize(np.einsum("nij,nj->ni", matrix, local).astype(np.float32))
 
     def material(self, triangle: np.ndarray) -> np.ndarray:
@@ -176,7 +177,7 @@ class Geometry:
             corners = mesh.uvs.get(name or mesh.render_uv)
             if corners is not None:
                 here = mesh_index == m
-                out[here] = np.einsum("nk,nkc->nc", weights[here], corners[local[here]])
+                out[here] = np.einsum("nk,nkc->nc", pick(weights, here), pick(corners, local[here]))
         return out
 
     def color(self, source: str, triangle: np.ndarray, weights: np.ndarray) -> np.ndarray:
@@ -186,7 +187,7 @@ class Geometry:
         return self._color(sources, self.material(triangle), triangle, weights)
 
     def _color(self, sources: list[ColorSource], material, triangle, weights) -> np.ndarray:
-        out = np.array([s.value for s in sources], np.float32)[material]
+        out = pick(np.array([s.value for s in sources], np.float32), material)
         for m in np.unique(material):
             if sources[m].texture is not None:
                 here = material == m

@@ -15,7 +15,7 @@ from .gathering import Bound
 from .sampling import Samples, cosine_hemisphere, r2_sequence, rotated
 from .surfels import Surfels, along_rays
 from .trace import Tracer
-from .vectors import dot
+from .vectors import dot, pick
 from .vpls import Vpls
 
 # A over the surface that one sample stands for where lights are dense, at the lower quartile. The more, the less noise
@@ -60,15 +60,15 @@ def short_rays(tracer: Tracer, here: Surfels, field: NearField, seed: int) -> tu
     rays = field.rays.count
     row = np.repeat(np.arange(len(here)), rays)
     u = rotated(r2_sequence(rays, field.rays.first), here.place, seed * 1024 + 1022).reshape(-1, 2)
-    direction = cosine_hemisphere(here.normal[row], u)
-    front = np.flatnonzero(dot(direction, here.face[row]) > 0)
-    row, direction = row[front], direction[front]
+    direction = cosine_hemisphere(pick(here.normal, row), u)
+    front = np.flatnonzero(dot(direction, pick(here.face, row)) > 0)
+    row, direction = row[front], pick(direction, front)
     # A place of its own for each ray, so that what it meets draws samples of its own.
     place = (here.place[row] << 16) + field.rays.first + front % rays
-    met, hit = along_rays(tracer, here.origin[row], direction, place, field.radius, reflecting=True)
-    row, direction = row[hit], direction[hit]
-    d = met.position - here.position[row]
-    cosines = dot(here.normal[row], direction) * np.maximum(-dot(met.face, direction), 0)
+    met, hit = along_rays(tracer, pick(here.origin, row), direction, place, field.radius, reflecting=True)
+    row, direction = row[hit], pick(direction, hit)
+    d = met.position - pick(here.position, row)
+    cosines = dot(pick(here.normal, row), direction) * np.maximum(-dot(met.face, direction), 0)
     share = np.maximum(0, 1 - np.pi * dot(d, d) / (field.area * np.maximum(cosines, 1e-20)))
     share *= here.shadowing(row, direction)
     near = np.flatnonzero(share)

@@ -14,7 +14,7 @@ from .geometry import Geometry
 from .scene import Camera
 from .texels import covered_texels
 from .trace import FAR, Hits, Tracer
-from .vectors import dot, length, normalize, offset
+from .vectors import dot, length, normalize, offset, pick
 
 TILE = 1 << 16
 
@@ -53,9 +53,9 @@ class Surfels:
     def __len__(self) -> int:
         return len(self.position)
 
-    def __getitem__(self, rows) -> "Surfels":
+    def __getitem__(self, which) -> "Surfels":
         """The points that a slice, mask or index array picks."""
-        return self._each(lambda name: getattr(self, name)[rows], self.is_bumpy)
+        return self._each(lambda name: pick(getattr(self, name), which), self.is_bumpy)
 
     def _each(self, made: Callable[[str], np.ndarray], bumpy: bool) -> "Surfels":
         return Surfels(**{f.name: made(f.name) for f in fields(self) if bumpy or f.name != "smooth"})
@@ -74,7 +74,7 @@ class Surfels:
         """How much of light from unit directions (m, 3) counts at points (m,) of these, see `bump`: (m,), or just 1."""
         if not self.is_bumpy:
             return np.float32(1)
-        return bump.shadowing(self.smooth[rows], self.normal[rows], direction)
+        return bump.shadowing(pick(self.smooth, rows), pick(self.normal, rows), direction)
 
     def turned(self, rows: np.ndarray) -> "Surfels":
         """The same points, those that rows (n,) bool picks on the other side of their surface."""
@@ -133,8 +133,8 @@ def along_rays(
     """
     hits = tracer.closest(origins, directions, far, solid)
     hit = np.flatnonzero(hits.triangle >= 0)
-    triangle, weights = hits.triangle[hit], hits.weights[hit]
-    return at(tracer.geometry, triangle, weights, place[hit], -directions[hit], reflecting), hit
+    hits = hits[hit]
+    return at(tracer.geometry, hits.triangle, hits.weights, place[hit], -pick(directions, hit), reflecting), hit
 
 
 def camera_rays(camera: Camera, subpixels: int = 1, rows: slice | None = None) -> tuple[np.ndarray, np.ndarray]:

@@ -26,7 +26,7 @@ from .kernels.rays import near_of, past
 from .raster import Grid
 from .sampling import hash01
 from .tiles import slices
-from .vectors import length
+from .vectors import length, pick
 
 FAR = np.float32(1e30)
 
@@ -56,9 +56,9 @@ class Hits:
     weights: np.ndarray
     distance: np.ndarray
 
-    def __getitem__(self, rows) -> "Hits":
+    def __getitem__(self, which) -> "Hits":
         """Those of the rays that a slice, mask or index array picks."""
-        return Hits(self.triangle[rows], self.weights[rows], self.distance[rows])
+        return Hits(*(pick(a, which) for a in (self.triangle, self.weights, self.distance)))
 
 
 class _Triangles:
@@ -152,7 +152,7 @@ class Tracer:
         low = np.minimum(np.minimum(hits.weights[:, 0], hits.weights[:, 1]), hits.weights[:, 2])
         edge = np.flatnonzero((low < _EDGE) & (hits.triangle >= 0))
         if len(edge):
-            at, along = origins[edge], directions[edge]
+            at, along = pick(origins, edge), pick(directions, edge)
             beside = self._found(at, along + _BESIDE, far[edge], until[edge])
             beside, meets = self._placed(at, along, beside)
             row = edge[meets]
@@ -176,7 +176,7 @@ class Tracer:
     def _placed(self, origins: np.ndarray, directions: np.ndarray, hits: Hits) -> tuple[Hits, np.ndarray]:
         """Hits with where rays meet their triangles worked out anew, and which rays do meet them, but for rounding."""
         row = np.flatnonzero(hits.triangle >= 0)
-        distance, u, v = _met(self.geometry, hits.triangle[row], origins[row], directions[row])
+        distance, u, v = _met(self.geometry, *(pick(a, row) for a in (hits.triangle, origins, directions)))
         sure = np.isfinite(distance) & np.isfinite(u) & np.isfinite(v)
         row, u, v = row[sure], u[sure], v[sure]
         meets = np.zeros(len(origins), bool)
@@ -263,7 +263,7 @@ def _met(geometry: Geometry, triangle, origins, directions) -> np.ndarray:
     # In planes and in parts that stay within a core's cache: a third of the time.
     for part in slices(len(triangle), _PART):
         at, d = np.ascontiguousarray(origins[part].T), np.ascontiguousarray(directions[part].T)
-        a, b, c = (geometry.vertices[corner].T - at for corner in geometry.triangles[triangle[part]].T)
+        a, b, c = (pick(geometry.vertices, corner).T - at for corner in pick(geometry.triangles, triangle[part]).T)
         b, c = b - a, c - a
         p, q = _cross(d, c), _cross(b, a)
         with np.errstate(divide="ignore", invalid="ignore"):

@@ -1,7 +1,7 @@
 # SPDX-FileCopyrightText: 2026 GI Bake authors
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Arithmetic on arrays of vectors, coordinate by coordinate: numpy's own reductions over an axis of three, and einsum,
-are several times slower."""
+are several times slower. And rows of them by numpy's `take`: its indexing is up to ten times as slow."""
 
 import numpy as np
 
@@ -9,6 +9,14 @@ import numpy as np
 def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """(..., c), (..., c) -> (...)."""
     return sum(a[..., k] * b[..., k] for k in range(1, a.shape[-1])) + a[..., 0] * b[..., 0]
+
+
+def pick(values: np.ndarray, which) -> np.ndarray:
+    """values[which], the rows that a slice, a mask (n,) bool or indices (...) pick: (m, ...) -> (..., ...)."""
+    if isinstance(which, slice):
+        return values[which]
+    which = np.asarray(which)
+    return values.take(np.flatnonzero(which) if which.dtype == bool else which, 0)
 
 
 def length(v: np.ndarray) -> np.ndarray:

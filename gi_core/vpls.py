@@ -9,7 +9,7 @@ import numpy as np
 
 from .device import Device
 from .sampling import morton, systematic
-from .vectors import lit
+from .vectors import lit, pick
 
 
 @dataclass(frozen=True)
@@ -37,9 +37,9 @@ class Vpls:
     def __len__(self) -> int:
         return len(self.position)
 
-    def __getitem__(self, rows) -> "Vpls":
+    def __getitem__(self, which) -> "Vpls":
         """The lights that a slice, mask or index array picks."""
-        return Vpls(*(getattr(self, f.name)[rows] for f in fields(self)))
+        return Vpls(*(pick(getattr(self, f.name), which) for f in fields(self)))
 
     @staticmethod
     def concatenate(parts: "list[Vpls]") -> "Vpls":

@@ -15,6 +15,7 @@ go where light comes from.
 import numpy as np
 
 from ..sampling import hash01
+from ..vectors import pick
 from .vpl_transfer import transfer
 
 # In the order of their numbers in GLSL.
@@ -40,7 +41,7 @@ def chosen(here, lights, pattern, bound: str = "disc", candidates: int = 1) -> n
     """
     index, factor = pattern(here)
     kind = np.float32 if len(lights.at) <= 1 << 24 else np.float64
-    at, axis = lights.at[index], lights.axis[index]
+    at, axis = pick(lights.at, index), pick(lights.axis, index)
     where = here.position[:, None], here.normal[:, None]
     weight = transfer(*where, at[..., :3], axis[..., :3], at[..., 3], bound) * factor
     weight = np.where(index >= 0, weight, 0).astype(np.float32)
@@ -118,7 +119,7 @@ def _places(gpu, here):
 
 def added(picked: np.ndarray, flux: np.ndarray) -> np.ndarray:
     """Irradiance of lights by their weights: (s, n, 2), (m, 3) -> (n, 3) float32 [W/m²]."""
-    return np.einsum("sn,snc->nc", picked[..., 1], flux[picked[..., 0].astype(np.int32)])
+    return np.einsum("sn,snc->nc", picked[..., 1], pick(flux, picked[..., 0].astype(np.int32)))
 
 
 def added_on_gpu(gpu, picked, flux):
