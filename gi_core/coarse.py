@@ -61,6 +61,7 @@ class Coarse:
         light, sure = device.numpy(light), device.numpy(shown) > _SURE
         x, y = np.floor(at).astype(int).T
         height, width = inside.shape
-        around = [inside[np.clip(y + j, 0, height - 1), np.clip(x + i, 0, width - 1)] for i, j in _CORNERS]
+        rows, columns = (np.clip([k, k + 1], 0, n - 1) for k, n in ((y, height), (x, width)))
+        around = [inside.take(rows[j] * width + columns[i]) for i, j in _CORNERS]
         deep = np.logical_and.reduce(around)
         return np.where(deep[:, None], 0, light), sure | deep, deep

@@ -9,9 +9,16 @@ import numpy as np
 from .device import NUMPY, Device
 from .kernels.bilateral import bilateral
 from .trace import Tracer
+from .vectors import length
 
 # A tile's pixels, at least: with fewer, numpy's own time counts.
 _PIXELS = 1 << 15
+
+# All pixels that have a next one, and these: along rows, and along columns.
+_NEIGHBOURS = (
+    ((slice(None), slice(0, -1)), (slice(None), slice(1, None))),
+    ((slice(0, -1), slice(None)), (slice(1, None), slice(None))),
+)
 
 
 def reach(passes: int) -> int:
@@ -51,16 +58,12 @@ def walls_between(tracer: Tracer, position: np.ndarray, normal: np.ndarray) -> n
     footprint = pixel_footprint(position, normal)
     lifted = (position + 0.5 * footprint[..., None] * normal).astype(np.float32)
     counts = np.zeros((*footprint.shape, 2), np.float32)
-    for k, axis in enumerate((1, 0)):
-        n = footprint.shape[axis]
-        first, second = (np.take(lifted, range(s, n - 1 + s), axis) for s in (0, 1))
-        here, there = (np.take(footprint > 0, range(s, n - 1 + s), axis) for s in (0, 1))
+    for k, (before, after) in enumerate(_NEIGHBOURS):
+        here, there = footprint[before] > 0, footprint[after] > 0
         pair = here & there
         blocked = (here != there).astype(np.float32)
-        blocked[pair] = ~tracer.connected(first[pair], second[pair])
-        after = [slice(None)] * 2
-        after[axis] = slice(1, None)
-        counts[(*after, k)] = np.cumsum(blocked, axis)
+        blocked[pair] = ~tracer.connected(lifted[before][pair], lifted[after][pair])
+        counts[(*after, k)] = np.cumsum(blocked, 1 - k)
     return counts
 
 
@@ -71,14 +74,10 @@ def pixel_footprint(position: np.ndarray, normal: np.ndarray) -> np.ndarray:
     """
     valid = np.any(normal != 0, -1)
     nearest = np.full(valid.shape, np.inf, np.float32)
-    for axis in (0, 1):
-        d = np.linalg.norm(np.diff(position, axis=axis), axis=-1)
-        pair = np.logical_and(*(np.take(valid, range(s, valid.shape[axis] - 1 + s), axis) for s in (0, 1)))
-        d = np.where(pair, d, np.inf).astype(np.float32)
-        before, after = [slice(None)] * 2, [slice(None)] * 2
-        before[axis], after[axis] = slice(0, -1), slice(1, None)
-        nearest[tuple(before)] = np.minimum(nearest[tuple(before)], d)
-        nearest[tuple(after)] = np.minimum(nearest[tuple(after)], d)
+    for before, after in _NEIGHBOURS:
+        d = np.where(valid[before] & valid[after], length(position[after] - position[before]), np.float32(np.inf))
+        nearest[before] = np.minimum(nearest[before], d)
+        nearest[after] = np.minimum(nearest[after], d)
     lonely = ~np.isfinite(nearest)
     # A pixel without neighbours on a surface keeps to itself whatever its size.
     return np.where(valid, np.where(lonely, 1.0, np.maximum(nearest, 1e-12)), 0).astype(np.float32)

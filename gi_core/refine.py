@@ -73,7 +73,7 @@ class Estimate:
         if self.variance is None:
             return float("nan")
         # E/π is what errors are measured on.
-        light = self.values.sum(1) ** 2 + np.float32(_DARK * np.pi**2)
+        light = added_up(self.values) ** 2 + np.float32(_DARK * np.pi**2)
         return float(np.mean(self.variance / light, dtype=np.float64))
 
 
@@ -85,22 +85,30 @@ def refined(
     one_pass: a generator of progress that returns (n, k, 3) irradiance, k parts of one light. seen: is shown
         the mean after each pass.
     """
-    begin, total, squares, done, passes = time.perf_counter(), None, None, 0, 0
+    begin, total, squares, done, passes = time.perf_counter(), 0, 0, 0, 0
     for samples in goal.passes():
         share = samples.first / goal.samples, (samples.first + samples.count) / goal.samples
         values = yield from tiles.within(*share, one_pass(samples))
         count = np.float32(samples.count)
-        total = values * count if total is None else total + values * count
-        square = values.sum(1) ** 2 * count
-        squares = square if squares is None else squares + square
+        total = values * count + total
+        light = added_up(values)
+        squares = light * light * count + squares
         done, passes = done + samples.count, passes + 1
         if seen:
             seen(total / np.float32(done))
-        estimate = Estimate(total / np.float32(done), done, _variance(total.sum(1), squares, done, passes))
-        calm, late = estimate.noise <= goal.noise, time.perf_counter() - begin >= goal.seconds
-        if (goal.noise and calm) or (goal.seconds and late):
+        late = goal.seconds and time.perf_counter() - begin >= goal.seconds
+        if late or (goal.noise and _estimate(total, squares, done, passes).noise <= goal.noise):
             break
-    return estimate
+    return _estimate(total, squares, done, passes)
+
+
+def added_up(values: np.ndarray) -> np.ndarray:
+    """The light of all parts: (n, k, 3) -> (n, 3). Over so short an axis numpy's own sum is several times slower."""
+    return sum(values[:, k] for k in range(1, values.shape[1])) + values[:, 0]
+
+
+def _estimate(total: np.ndarray, squares: np.ndarray, samples: int, passes: int) -> Estimate:
+    return Estimate(total / np.float32(samples), samples, _variance(added_up(total), squares, samples, passes))
 
 
 def _variance(total: np.ndarray, squares: np.ndarray, samples: int, passes: int) -> np.ndarray | None:

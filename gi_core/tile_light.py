@@ -13,7 +13,7 @@ from . import borders, images, tiles
 from .coarse import Coarse
 from .direct import surroundings
 from .receivers import Tile
-from .refine import Estimate, Goal, refined
+from .refine import Estimate, Goal, added_up, refined
 from .rsm.glossy import glossy_light
 from .rsm.interpolation import interpolated_indirect
 from .sampling import Samples
@@ -97,7 +97,7 @@ class TileLight:
         values = estimate.values
         inside = None
         if not self.camera:
-            inside = yield from named("gather", self._inside(points, direct + values.sum(1), deep))
+            inside = yield from named("gather", self._inside(points, direct + added_up(values), deep))
         if settings.smooths and tile.bands[0].receiver.is_image:
             values = yield from named("denoise", self._smoothed(estimate, points, place, tile))
         found = layers({"Lamps": direct, "Around": values[:, 0], "Indirect": values[:, 1]})
