@@ -13,7 +13,7 @@ from .rsm.interpolation import spacing
 from .sampling import hash01
 from .scene import Camera
 from .surfels import Surfels
-from .vectors import dot
+from .vectors import dot, pick
 
 # Subpixels look at one piece of surface when their normals are within 25° and they lie off its plane by no more than
 # this share of a pixel's size.
@@ -36,9 +36,9 @@ def alike(
     # By where the pixel lies in the whole image: the same however it is cut into tiles.
     drawn = (hash01(points.place[at[:, 0]], seed * 1024 + 1019) * (s * s)).astype(np.int64)
     leader = at[np.arange(len(at)), drawn]
-    face, normal, position = (a[leader, None] for a in (points.face, points.normal, points.position))
-    off = np.abs(dot(points.position[at] - position, face)).max(1)
-    same = dot(points.normal[at], normal).min(1) > _COSINE
+    face, normal, position = (pick(a, leader[:, None]) for a in (points.face, points.normal, points.position))
+    off = np.abs(dot(pick(points.position, at) - position, face)).max(1)
+    same = dot(pick(points.normal, at), normal).min(1) > _COSINE
     same &= off < _OFF_PLANE * s * spacing(points[leader], camera, s)
     order = (drawn[same, None] + np.arange(s * s)) % (s * s)
     return np.take_along_axis(at[same], order, 1)

@@ -25,6 +25,7 @@ from .surfels import Surfels
 from .techniques import Technique
 from .tiles import named
 from .trace import Tracer
+from .vectors import pick, put
 
 # How long the stages of a tile take beside each other, roughly.
 _STAGES = {"points": 1, "lamps": 1, "gather": 5, "denoise": 1, "gloss": 5, "medium": 3}
@@ -186,12 +187,13 @@ class TileLight:
         def one_pass(samples: Samples) -> Iterator[float]:
             if samples.count >= _MANY or not len(whole):
                 values = yield from of(points, samples)
-                values[whole] = values[whole].mean(1, keepdims=True)
+                mean = sum(pick(values, whole[:, k]) for k in range(s2)) / np.float32(s2)
+                put(values, whole, mean[:, None])
                 return values
             values, share = np.zeros((n, 2, 3), np.float32), whole.size / max(1, n)
             asking = points[whole[:, next(turns) % s2]]
-            values[whole] = (yield from tiles.within(0, share, of(asking, samples.part(s2))))[:, None]
-            values[alone] = yield from tiles.within(share, 1, of(points[alone], samples))
+            put(values, whole, (yield from tiles.within(0, share, of(asking, samples.part(s2))))[:, None])
+            put(values, alone, (yield from tiles.within(share, 1, of(points[alone], samples))))
             return values
 
         if self.direct or in_passes:

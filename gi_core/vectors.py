@@ -3,6 +3,8 @@
 """Arithmetic on arrays of vectors, coordinate by coordinate: numpy's own reductions over an axis of three, and einsum,
 are several times slower. And rows of them by numpy's `take`: its indexing is up to ten times as slow."""
 
+import math
+
 import numpy as np
 
 
@@ -17,6 +19,15 @@ def pick(values: np.ndarray, which) -> np.ndarray:
         return values[which]
     which = np.asarray(which)
     return values.take(np.flatnonzero(which) if which.dtype == bool else which, 0)
+
+
+def put(into: np.ndarray, which, values: np.ndarray) -> None:
+    """into[which] = values, where rows (m, ...) are numbers of as many bytes: two to three times as fast. which: a mask
+    (m,) or indices (...), which values (..., ...) broadcast to as they are."""
+    width = math.prod(into.shape[1:])
+    row = np.dtype((np.void, width * into.itemsize))
+    values = np.ascontiguousarray(values, into.dtype).reshape(*values.shape[: values.ndim - into.ndim + 1], width)
+    into.reshape(len(into), width).view(row)[which, 0] = values.view(row)[..., 0]
 
 
 def length(v: np.ndarray) -> np.ndarray:

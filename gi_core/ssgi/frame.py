@@ -20,7 +20,7 @@ from ..sampling import Samples
 from ..shadow_maps import lamps
 from ..surfels import Surfels
 from ..trace import Tracer
-from ..vectors import dot
+from ..vectors import dot, pick, put
 from .screen import Screen
 
 # Levels of the depth pyramid; HDRP marches up to the seventh.
@@ -79,8 +79,8 @@ class GBuffer:
         """The points that are seen; `place` counts this buffer's pixels along rows."""
         place = np.flatnonzero(self.surface)
         images = (self.position, self.normal, self.face, self.albedo, self.emission)
-        points = Surfels(*(i.reshape(-1, 3)[place] for i in images), place)
-        return replace(points, smooth=self.smooth.reshape(-1, 3)[place]) if self.is_bumpy else points
+        points = Surfels(*(pick(i.reshape(-1, 3), place) for i in images), place)
+        return replace(points, smooth=pick(self.smooth.reshape(-1, 3), place)) if self.is_bumpy else points
 
     @property
     def is_bumpy(self) -> bool:
@@ -101,15 +101,15 @@ def g_buffer(tracer: Tracer, screen: Screen) -> Iterator[float]:
         hits = tracer.closest(origins[part], directions[part], solid=drawn and drawn[part])
         hit = np.flatnonzero(hits.triangle >= 0)
         rows = hit + part.start
-        on = hits.triangle[hit], hits.weights[hit]
-        seen = surfels.at(tracer.geometry, *on, rows, -directions[rows], reflecting=True)
+        weights = pick(hits.weights, hit)
+        seen = surfels.at(tracer.geometry, hits.triangle[hit], weights, rows, -pick(directions, rows), reflecting=True)
         z = (seen.position - screen.eye) @ screen.ahead
         near = z <= camera.clip[1]
         rows = rows[near]
         depth[rows], triangle[rows] = z[near], hits.triangle[hit[near]]
-        values = (seen.position, seen.normal, seen.smooth, seen.face, seen.albedo, seen.emission, hits.weights[hit])
+        values = (seen.position, seen.normal, seen.smooth, seen.face, seen.albedo, seen.emission, weights)
         for image, value in zip(images, values):
-            image[rows] = value[near]
+            put(image, rows, pick(value, near))
 
     yield from tiles.run(tile, tiles.slices(h * w, surfels.TILE))
     *images, weights = (i.reshape(h, w, 3) for i in images)

@@ -33,7 +33,7 @@ def sure_pixels(buffer: GBuffer, light: np.ndarray) -> np.ndarray:
             here, there = np.s_[first:stop, left:right], np.s_[first + j : stop + j, left + i : right + i]
             apart = buffer.position[there] - buffer.position[here]
             off = np.maximum(*(np.abs(dot(apart, buffer.face[side])) for side in (here, there)))
-            less, more = np.sort([brightness[here], brightness[there]], 0)
+            less, more = (least(brightness[here], brightness[there]) for least in (np.minimum, np.maximum))
             alike = buffer.surface[here] & buffer.surface[there]
             alike &= (off <= _BENT * length(apart)) & (more - less <= _UNEVEN * less + dark)
             sure[here] &= alike
