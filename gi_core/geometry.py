@@ -9,7 +9,11 @@ import numpy as np
 
 from .scene import BLACK, ColorSource, Mesh, Scene
 from .texture import sample
+from .tiles import slices
 from .vectors import cross, dot, length, normalize
+
+# Triangles looked at in one go; bounds the memory of large meshes.
+_PART = 1 << 20
 
 
 class Geometry:
@@ -62,8 +66,11 @@ class Geometry:
     @cached_property
     def areas(self) -> np.ndarray:
         """Area of each triangle: (t,) float32 [m²]."""
-        a, b, c = np.moveaxis(self.vertices[self.triangles], 1, 0)
-        return length(cross(b - a, c - a)) / 2
+        out = np.empty(len(self.triangles), np.float32)
+        for part in slices(len(out), _PART):
+            a, b, c = np.moveaxis(self.vertices[self.triangles[part]], 1, 0)
+            out[part] = length(cross(b - a, c - a)) / 2
+        return out
 
     @cached_property
     def area(self) -> float:
