@@ -11,6 +11,7 @@ from ...gi_core.gloss import fresnel_mean
 from ...gi_core.scene import BLACK, MATTE, WHITE, ColorSource, Gloss
 from ..sentence import Sentence
 from .colors import read_color, read_number
+from .constants import estimate
 from .factors import read_factor
 from .gloss import gloss_sum, glossy_bsdf, principled_gloss, specular_ior
 from .nodes import Feed, Reading, set_value
@@ -89,8 +90,11 @@ def _diffuse(source: Feed, reading: Reading) -> Surface:
 def _reflectance(source: Feed, reading: Reading, what: str) -> ColorSource:
     """The colour of something that reflects, not below nothing, as in Cycles."""
     color = read_color(source, reading, what)
-    lowest = color.value if color.texture is None else color.value * color.texture.pixels.min((0, 1))
-    return color if lowest.min() >= 0 else applied(lambda values: np.maximum(values, 0), color)
+    return color if _lowest(color) >= 0 else applied(lambda values: np.maximum(values, 0), color)
+
+
+def _lowest(color: ColorSource) -> float:
+    return float((color.value if color.texture is None else color.value * color.texture.pixels.min((0, 1))).min())
 
 
 def _principled(source: Feed, reading: Reading) -> Surface:
@@ -144,7 +148,11 @@ def _specular(source: Feed, base: ColorSource, ior: float, level: float, reading
 
 def _emission(source: Feed, color: str, strength: str, reading: Reading) -> ColorSource:
     amount = read_factor(source.input(strength), reading, "emission strength", np.inf)
-    return product(read_color(source.input(color), reading, "the emitted colour"), amount, reading, "its emission")
+    emitted = product(read_color(source.input(color), reading, "the emitted colour"), amount, reading, "its emission")
+    dark = _lowest(emitted) < 0
+    if dark or estimate(source.input(strength), reading)[0].min() < 0:
+        reading.note("emission below nothing is taken as none")
+    return applied(lambda values: np.maximum(values, 0), emitted) if dark else emitted
 
 
 def _in_use(source: Feed, name: str) -> bool:

@@ -603,6 +603,7 @@ _TEXTS = {
     "light linking is left out: it shines on everything": "忽略灯光链接：它照亮所有物体",
     "a colour above 1 is taken as 1, since no surface reflects more light than it gets": "大于 1 的颜色取为 1，因为任何表面反射的光都不会多于接收的光",
     "'{node}' depends on the view, and its mean is taken": "“{node}”随视角变化；取平均值",
+    "emission below nothing is taken as none": "小于零的自发光按无发光处理",
     "'{node}' has finer detail than its texture": "“{node}”的细节比其烘焙纹理更精细",
     "'{node}' tells sides apart, and both are taken as the front is": "“{node}”区分正反面；两面均按正面处理",
     "'{node}' takes the mesh's triangles for how pointed it is": "“{node}”按网格的三角形计算尖锐度",
