@@ -14,9 +14,10 @@ from pathlib import Path
 import bpy
 import numpy as np
 
+from ..gi_core import tiles
 from ..gi_core.scene import Camera, Mesh, Scene, Texture
 from ..gi_core.texels import outside, overlap
-from ..gi_core.tiles import slices, whole
+from ..gi_core.tiles import whole
 from . import denoise as denoiser
 from .read import read_scene
 from .read.images import ImageReader, is_there
@@ -252,7 +253,7 @@ def _check_geometry(core: Scene, objects: Sequence[str]) -> Iterator[Finding]:
     """Surfaces that no ray can hit."""
     finite = [_finite(mesh.vertices) for mesh in core.meshes]
     extended = [
-        any(_areas(mesh.vertices[mesh.triangles[part]]).any() for part in slices(len(mesh.triangles), _PART))
+        any(_areas(mesh.vertices[mesh.triangles[part]]).any() for part in tiles.slices(len(mesh.triangles), _PART))
         for mesh in core.meshes
     ]
     for instance in core.instances:
