@@ -10,10 +10,14 @@ import numpy as np
 from ..gi_core.atlas import MOST, Asked, Page, single, together
 from ..gi_core.geometry import Geometry
 from ..gi_core.settings import SettingError, Settings
+from ..gi_core.tiles import slices
 from .object_options import object_options
 
 # Side of a lightmap where none is asked for: of one object, of several [texels].
 SIDE, ATLAS_SIDE = 256, 1024
+
+# Triangles looked at in one go; bounds the memory of large meshes.
+_PART = 1 << 20
 
 # The least side of a lightmap of several that follows from a density.
 _SMALL = 64
@@ -90,14 +94,16 @@ def group(obj: bpy.types.Object, scene: bpy.types.Scene, settings: Settings) -> 
 def _asked(geometry: Geometry, scene: bpy.types.Scene, name: str, uv: str) -> Asked:
     mesh, triangles = geometry.mesh_of(name)
     chosen = uv or mesh.active_uv
-    uvs = np.nan_to_num(mesh.uvs[chosen].astype(np.float64))
-    a, b = uvs[:, 1] - uvs[:, 0], uvs[:, 2] - uvs[:, 0]
+    uvs, filled = np.nan_to_num(mesh.uvs[chosen]), 0.0
+    for part in slices(len(uvs), _PART):
+        a, b = (uvs[part, k].astype(np.float64) - uvs[part, 0] for k in (1, 2))
+        filled += float(np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum() / 2)
     return Asked(
         name,
         chosen,
         area=float(geometry.areas[triangles].sum(dtype=np.float64)),
-        filled=float(np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum() / 2),
-        low=np.clip(uvs.min((0, 1)), 0, 1),
-        high=np.clip(uvs.max((0, 1)), 0, 1),
+        filled=filled,
+        low=np.clip(uvs.min((0, 1)), 0, 1).astype(np.float64),
+        high=np.clip(uvs.max((0, 1)), 0, 1).astype(np.float64),
         factor=object_options(scene.objects[name]).lightmap_factor,
     )

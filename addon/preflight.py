@@ -27,6 +27,9 @@ from .sentence import Sentence, said
 from .write import lightmap_uvs, volumes
 from .write.attributes import AttributeTargetError, check_targets
 
+# Triangles looked at in one go; bounds the memory of large meshes.
+_PART = 1 << 20
+
 _SURFACES = {"MESH", "CURVE", "FONT", "SURFACE", "META"}
 
 
@@ -253,7 +256,10 @@ def _check_light(core: Scene, scene: bpy.types.Scene) -> Iterator[Finding]:
 def _check_geometry(core: Scene, objects: Sequence[str]) -> Iterator[Finding]:
     """Surfaces that no ray can hit."""
     finite = [_finite(mesh.vertices) for mesh in core.meshes]
-    extended = [_areas(mesh.vertices[mesh.triangles]).any() for mesh in core.meshes]
+    extended = [
+        any(_areas(mesh.vertices[mesh.triangles[part]]).any() for part in tiles.slices(len(mesh.triangles), _PART))
+        for mesh in core.meshes
+    ]
     for instance in core.instances:
         name, mesh, matrix = instance.name, core.meshes[instance.mesh], instance.matrix[:3, :3]
         if not _finite(instance.matrix):

@@ -117,7 +117,8 @@ def _digest(value) -> str:
 
     def feed(value):
         if isinstance(value, np.ndarray):
-            hashed.update(f"{value.dtype}{value.shape}".encode() + np.ascontiguousarray(value).tobytes())
+            hashed.update(f"{value.dtype}{value.shape}".encode())
+            hashed.update(np.ascontiguousarray(value).reshape(-1))
         elif is_dataclass(value):
             hashed.update(type(value).__name__.encode())
             for f in fields(value):

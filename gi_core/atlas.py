@@ -56,7 +56,11 @@ class Place:
 
     def on(self, uv: np.ndarray, width: int, height: int) -> np.ndarray:
         """The object's UVs as those of the image, (..., 2) float64."""
-        return (uv.astype(np.float64) * self.side + (self.x, self.y)) / (width, height)
+        out = uv.astype(np.float64)
+        out *= self.side
+        out += self.x, self.y
+        out /= width, height
+        return out
 
 
 @dataclass(frozen=True)

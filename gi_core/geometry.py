@@ -9,7 +9,11 @@ import numpy as np
 
 from .scene import BLACK, ColorSource, Mesh, Scene
 from .texture import sample
+from .tiles import slices
 from .vectors import cross, dot, length, normalize, pick
+
+# Triangles looked at in one go; bounds the memory of large meshes.
+_PART = 1 << 20
 
 
 class Geometry:
@@ -62,8 +66,11 @@ class Geometry:
     @cached_property
     def areas(self) -> np.ndarray:
         """Area of each triangle: (t,) float32 [m²]."""
-        a, b, c = np.moveaxis(self.vertices[self.triangles], 1, 0)
-        return length(cross(b - a, c - a)) / 2
+        out = np.empty(len(self.triangles), np.float32)
+        for part in slices(len(out), _PART):
+            a, b, c = np.moveaxis(self.vertices[self.triangles[part]], 1, 0)
+            out[part] = length(cross(b - a, c - a)) / 2
+        return out
 
     @cached_property
     def area(self) -> float:
@@ -112,19 +119,26 @@ class Geometry:
 
         behind: (n,) bool, where the surface is seen from its back; the normals are those on the front all the same.
         """
-        sources = [m.normal for m in self.scene.materials]
-        material = self.material(triangle)
+        sources, material = [m.normal for m in self.scene.materials], self.material(triangle)
+        out = self._normals_of(sources, material, triangle, weights, smooth)
+        kinds = [(False, False) if s is None else (s.raised, s.own) for s in sources]
+        raised, own = np.array(kinds, bool)[material].T
+        if behind is not None:
+            back = np.flatnonzero(behind & raised)
+            under = self._normals_of(
+                [s and s.under for s in sources], material[back], triangle[back], weights[back], smooth[back]
+            )
+            out[back] = 2 * dot(out[back], under)[:, None] * under - out[back]
+        return out, np.where(own[:, None], out, smooth)
+
+    def _normals_of(self, sources: list[ColorSource | None], material, triangle, weights, smooth) -> np.ndarray:
+        """Unit normals in the world by materials' sources of them, `smooth` where they give none: (n, 3) float32."""
         here = np.flatnonzero(np.array([s is not None for s in sources], bool)[material])
         local = self._color([s or BLACK for s in sources], material[here], triangle[here], weights[here])
         mapped = self._to_world(triangle[here], local)
         out = smooth.copy()
         out[here] = np.where(np.any(mapped != 0, -1, keepdims=True), mapped, smooth[here])
-        kinds = [(False, False) if s is None else (s.raised, s.own) for s in sources]
-        raised, own = np.array(kinds, bool)[material].T
-        if behind is not None:
-            back = behind & raised
-            out[back] = 2 * dot(out[back], smooth[back])[:, None] * smooth[back] - out[back]
-        return out, np.where(own[:, None], out, smooth)
+        return out
 
     def _to_world(self, triangle: np.ndarray, local: np.ndarray) -> np.ndarray:
         """Unit normals in the world from normals in meshes' own space: (n,), (n, 3) -> (n, 3) float32."""

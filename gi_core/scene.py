@@ -51,11 +51,13 @@ class NormalSource(ColorSource):
     """A normal over a surface, in the mesh's own space.
 
     raised: seen from behind the relief stands out there as well, as bumps do; else its back shows, as of normal maps.
+    under: the normal that bumps stand out from, None for the mesh's own.
     own: light knows of no other normal under it, as where displacement is seen as relief.
     """
 
     raised: bool = False
     own: bool = False
+    under: ColorSource | None = None
 
 
 BLACK = ColorSource(np.zeros(3, np.float32))

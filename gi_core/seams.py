@@ -12,9 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .atlas import Page
+from .atlas import Page, Place
 from .geometry import Geometry
 from .scene import Mesh
+from .tiles import slices
 
 # How much a texel's own value counts beside a pair's agreement: little, but enough that texels which pairs leave free
 # stay where they were; and more where light was found at its middle. The others lie beyond the seam, hold the light of
@@ -29,6 +30,9 @@ _SMOOTH = 0.99
 
 # Share of its light that a texel keeps at least: where pairs pull it below nothing it would be black on a lit face.
 _KEPT = 1 / 8
+
+# Edges looked at in one go; bounds the memory of large meshes.
+_PART = 1 << 20
 
 # Steps of conjugate gradients, how far the sides may disagree where they end, see `disagreement`, and how often they
 # are taken up again after light that fell below what is kept was brought back.
@@ -51,8 +55,8 @@ class Seams:
         return Seams(*(np.concatenate([none, *(getattr(p, k) for p in parts)]) for k in ("first", "second")))
 
 
-def seams(mesh: Mesh, texels: np.ndarray) -> Seams:
-    """The seams of a mesh on an image. texels: (t, 3, 2) its UVs in texels.
+def seams(mesh: Mesh, uvs: np.ndarray, place: Place) -> Seams:
+    """The seams of a mesh at a place of an image. uvs: (t, 3, 2).
 
     Vertices at one place count as one, so that meshes that are split along their seams are found too.
     """
@@ -60,20 +64,9 @@ def seams(mesh: Mesh, texels: np.ndarray) -> Seams:
     if not len(mesh.triangles):
         return Seams(none, none)
     corner = _merged(mesh.vertices)[mesh.triangles]
-    # The three edges of each triangle, from the lower vertex to the higher.
-    begin, end = corner.ravel(), np.roll(corner, -1, 1).ravel()
-    uv = np.stack([texels.reshape(-1, 2), np.roll(texels, -1, 1).reshape(-1, 2)], 1).astype(np.float64)
-    normal = np.stack([mesh.normals.reshape(-1, 3), np.roll(mesh.normals, -1, 1).reshape(-1, 3)], 1)
-    turned = begin > end
-    uv[turned], normal[turned] = uv[turned][:, ::-1], normal[turned][:, ::-1]
-    key = np.minimum(begin, end) * (corner.max() + 1) + np.maximum(begin, end)
-    order = np.argsort(key, kind="stable")
-    _, start, count = np.unique(key[order], return_index=True, return_counts=True)
-    # Where more than two faces meet nothing says which of them go together.
-    a, b = order[start[count == 2]], order[start[count == 2] + 1]
-    cut = np.abs(uv[a] - uv[b]).max((1, 2)) > 1e-3
-    smooth = np.einsum("nkc,nkc->nk", normal[a], normal[b]).min(1) > _SMOOTH
-    a, b = uv[a[cut & smooth]], uv[b[cut & smooth]]
+    a, b = _edges_of_two(corner)
+    parts = [_cut(mesh, uvs, place, corner, a[part], b[part]) for part in slices(len(a), _PART)]
+    a, b = (np.concatenate(sides) for sides in zip((np.zeros((0, 2, 2)),) * 2, *parts))
     length = np.maximum(*(np.linalg.norm(e[:, 1] - e[:, 0], axis=1) for e in (a, b)))
     pairs = np.maximum(1, np.ceil(length * _DENSITY)).astype(np.int64)
     edge = np.repeat(np.arange(len(a)), pairs)
@@ -83,24 +76,51 @@ def seams(mesh: Mesh, texels: np.ndarray) -> Seams:
     return Seams(first.astype(np.float32), second.astype(np.float32))
 
 
+def _edges_of_two(corner: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """The edges at which two triangles meet, as each of them counts its own, 3 · triangle + corner where it begins:
+    corners' vertices (t, 3) -> (n,) int64 twice. Where more than two meet nothing says which of them go together."""
+    following = np.roll(corner, -1, 1)
+    key = np.minimum(corner, following).astype(np.int64) * (int(corner.max()) + 1) + np.maximum(corner, following)
+    del following
+    order = np.argsort(key.ravel(), kind="stable")
+    key = key.ravel()[order]
+    start = np.flatnonzero(np.concatenate([[True], key[1:] != key[:-1]]))
+    start = start[np.diff(start, append=len(key)) == 2]
+    return order[start], order[start + 1]
+
+
+def _cut(
+    mesh: Mesh, uvs: np.ndarray, place: Place, corner: np.ndarray, a: np.ndarray, b: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Of edges that pairs of triangles share, as `_edges_of_two` has them, those where a smooth surface is cut apart:
+    their two ends on either side, the lower vertex first, (n, 2, 2) float64 [texels] twice."""
+
+    def ends(values: np.ndarray, edge: np.ndarray) -> np.ndarray:
+        triangle, k = np.divmod(edge, 3)
+        both = np.stack([k, (k + 1) % 3], 1)
+        turned = corner[triangle, both[:, 0]] > corner[triangle, both[:, 1]]
+        both[turned] = both[turned, ::-1]
+        return values[triangle[:, None], both]
+
+    first, second = (place.side * ends(uvs, edge).astype(np.float64) + (place.x, place.y) for edge in (a, b))
+    apart = np.abs(first - second).max((1, 2)) > 1e-3
+    a, b = a[apart], b[apart]
+    smooth = np.einsum("nkc,nkc->nk", ends(mesh.normals, a), ends(mesh.normals, b)).min(1, initial=1) > _SMOOTH
+    return first[apart][smooth], second[apart][smooth]
+
+
 def _merged(vertices: np.ndarray) -> np.ndarray:
-    """A number for each vertex, the same for those at one place, within 1e-6 of the mesh: (v, 3) -> (v,) int64."""
+    """A number for each vertex, the same for those at one place, within 1e-6 of the mesh: (v, 3) -> (v,) int32."""
     low, extent = vertices.min(0), np.ptp(vertices, axis=0).max() or 1.0
     grid = np.round((vertices - low) / (extent * 1e-6)).astype(np.int64)
     _, number = np.unique(grid @ (1 << np.array([0, 20, 40])), return_inverse=True)
-    return number
+    return number.astype(np.int32)
 
 
 def atlas_seams(geometry: Geometry, page: Page) -> Seams:
     """The seams of all objects on an image."""
-    size = page.width, page.height
-    return Seams.concatenate(
-        [
-            seams(mesh, place.on(mesh.uvs[place.uv], *size) * size)
-            for place in page.places
-            for mesh, _ in (geometry.mesh_of(place.name),)
-        ]
-    )
+    meshes = [geometry.mesh_of(place.name)[0] for place in page.places]
+    return Seams.concatenate([seams(mesh, mesh.uvs[place.uv], place) for mesh, place in zip(meshes, page.places)])
 
 
 def disagreement(image: np.ndarray, found: Seams) -> float:

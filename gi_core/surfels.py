@@ -190,7 +190,7 @@ def from_texels(
     if layer not in mesh.uvs:
         raise KeyError(f"object '{name}' has no UV map '{layer}'")
     # Without area there is no normal and nothing to light.
-    solid = np.any(geometry.face_normal(triangle) != 0, -1)
+    solid = geometry.areas[triangle] > 0
     uvs = mesh.uvs[layer][solid]
     if place is None:
         texels = covered_texels(uvs, resolution, rows)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .atlas import Place
+from .tiles import slices
 
 # Candidate (triangle, texel) pairs looked at in one go; bounds the memory of a large map to some 200 MB.
 _BATCH = 1 << 20
@@ -52,30 +53,33 @@ def covered_texels(uvs: np.ndarray, resolution: tuple[int, int], rows: slice | N
     """
     w, h = resolution
     top, bottom = (h, 0) if rows is None else (rows.stop, rows.start)
-    pixels, finite = _pixels(uvs, resolution)
-    edges = _Edges.of(pixels)
-
     distance = np.full(w * (top - bottom), np.inf)
     triangle = np.full(len(distance), -1, np.int64)
     weights = np.zeros((len(distance), 3), np.float32)
-    for t, texel in _candidates(pixels, finite, resolution, bottom, top):
-        place = (texel[:, 1] - bottom) * w + texel[:, 0]
-        bary, inside, touching = edges.met(t, texel + 0.5)
-        # Where indices repeat the last assignment counts: backwards, so that the first triangle has the texel.
-        rest, inside = np.flatnonzero(touching & ~inside), np.flatnonzero(inside)[::-1]
-        inside = inside[distance[place[inside]] > 0]
-        distance[place[inside]], triangle[place[inside]], weights[place[inside]] = 0, t[inside], bary[inside]
+    for part in slices(len(uvs), _BATCH):
+        pixels, finite = _pixels(uvs[part], resolution)
+        for t, texel in _candidates(pixels, finite, resolution, bottom, top):
+            place = (texel[:, 1] - bottom) * w + texel[:, 0]
+            # Triangles come in their order: those of a batch are next to each other.
+            edges = _Edges.of(pixels[t[0] : t[-1] + 1])
+            bary, inside, touching = edges.met(t - t[0], texel + 0.5)
+            # Where indices repeat the last assignment counts: backwards, so that the first triangle has the texel.
+            rest, inside = np.flatnonzero(touching & ~inside), np.flatnonzero(inside)[::-1]
+            inside = inside[distance[place[inside]] > 0]
+            at = place[inside]
+            distance[at], triangle[at], weights[at] = 0, part.start + t[inside], bary[inside]
 
-        rest = rest[distance[place[rest]] > 0]
-        bary, d2 = _closest_weights(pixels[t[rest]], texel[rest] + 0.5)
-        closest = np.argsort(d2, kind="stable")[::-1]
-        closest = closest[d2[closest] < distance[place[rest[closest]]]]
-        texel = place[rest[closest]]
-        distance[texel], triangle[texel], weights[texel] = d2[closest], t[rest[closest]], bary[closest]
+            rest = rest[distance[place[rest]] > 0]
+            bary, d2 = _closest_weights(pixels[t[rest]], texel[rest] + 0.5)
+            closest = np.argsort(d2, kind="stable")[::-1]
+            closest = closest[d2[closest] < distance[place[rest[closest]]]]
+            at = place[rest[closest]]
+            distance[at], triangle[at], weights[at] = d2[closest], part.start + t[rest[closest]], bary[closest]
 
     found = np.flatnonzero(triangle >= 0)
     triangle, weights, centred = triangle[found], weights[found], distance[found] == 0
-    weights[~centred] = _drawn_in(pixels[triangle[~centred]], weights[~centred])
+    clamped, _ = _pixels(uvs[triangle[~centred]], resolution)
+    weights[~centred] = _drawn_in(clamped, weights[~centred])
     return Texels(found + w * bottom, triangle, weights, centred)
 
 
@@ -90,15 +94,16 @@ def _drawn_in(corners: np.ndarray, weights: np.ndarray) -> np.ndarray:
 
 def overlap(uvs: np.ndarray, side: int = 512) -> float:
     """Share of what triangles cover that more than one of them covers, 0…1, by side² samples: (t, 3, 2) UVs."""
-    pixels, finite = _pixels(uvs, (side, side))
-    # What two triangles share is an edge, and no overlap.
-    middle = pixels.mean(1, keepdims=True)
-    corners = middle + (1 - 3 * _SHARED) * (pixels[finite] - middle[finite])
     count = np.zeros(side * (side + 1), np.int64)
-    for row, begin, end in _spans(corners, side):
-        # Each sample of a row counts what begins before it and has not ended.
-        count += np.bincount(row * (side + 1) + begin, minlength=len(count))
-        count -= np.bincount(row * (side + 1) + end, minlength=len(count))
+    for part in slices(len(uvs), _BATCH):
+        pixels, finite = _pixels(uvs[part], (side, side))
+        # What two triangles share is an edge, and no overlap.
+        middle = pixels.mean(1, keepdims=True)
+        corners = middle + (1 - 3 * _SHARED) * (pixels[finite] - middle[finite])
+        for row, begin, end in _spans(corners, side):
+            # Each sample of a row counts what begins before it and has not ended.
+            count += np.bincount(row * (side + 1) + begin, minlength=len(count))
+            count -= np.bincount(row * (side + 1) + end, minlength=len(count))
     count = np.cumsum(count.reshape(side, side + 1), 1)
     covered = np.count_nonzero(count)
     return float(np.count_nonzero(count > 1) / covered) if covered else 0.0

@@ -23,6 +23,10 @@ _SMALLEST, _LARGEST, _THINNEST = 4, 4096, 8
 # on their edges are inside, however it is rounded.
 _BORDER = 0.004
 
+# Second differences of samples at which a look-up between them may be off by 3/255, and every how many lines of texels
+# they are looked at.
+_BENT, _EVERY = 8 * 3 / 255, 8
+
 
 @dataclass(frozen=True)
 class TriangleAtlas:
@@ -57,6 +61,21 @@ class TriangleAtlas:
                 reached[row, x[:, : beyond[-1] + 1]] = True
         if reached.any():
             pixels[~reached] = pixels[reached].mean(0, dtype=np.float64)
+
+    def roughness(self, pixels: np.ndarray) -> float:
+        """Share of (height, width, c) samples, 0…1, that what was sampled has finer detail than, by some of them: such
+        as are on an edge, or on noise."""
+        bent = count = 0
+        for where, m, n, flipped in self._cells.alike():
+            step = np.where(flipped, -1, 1)[:, None]
+            for along, across, axis in ((m, n, 0), (n, m, 1)):
+                place, line = np.arange(along + 1), np.arange(0, across + 1, _EVERY)
+                at = (where[:, [axis]] + step * place)[:, None, :], (where[:, [1 - axis]] + step * line)[:, :, None]
+                value = pixels[at[1 - axis], at[axis]]
+                second = np.abs(value[:, :, 2:] - 2 * value[:, :, 1:-1] + value[:, :, :-2]).max(-1, initial=0)
+                own = place[2:] * across <= along * (across - line[:, None])
+                bent, count = bent + np.count_nonzero((second > _BENT) & own), count + len(where) * own.sum()
+        return bent / count if count else 0.0
 
 
 def triangle_atlas(corners: np.ndarray, kept: np.ndarray, texels: int) -> TriangleAtlas:

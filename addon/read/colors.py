@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Colours of node trees: a constant or an image times a constant where they are that, else their best constant."""
 
+import bpy
 import numpy as np
 
 from ...gi_core.scene import ColorSource
@@ -75,7 +76,7 @@ def read_number(source: Feed, reading: Reading, what: str) -> float:
 def uv_map(source: Feed, reading: Reading) -> str | None:
     """Name of the UV map that an Image Texture node looks its image up at; None where it is anything else."""
     node = source.node
-    if reading.whole or node.projection != "FLAT":
+    if reading.whole or node.projection != "FLAT" or not _is_unmoved(node.texture_mapping):
         return None
     if node.image and (node.image.source not in {"FILE", "GENERATED"} or not is_known_space(node.image)):
         return None
@@ -92,6 +93,13 @@ def uv_map(source: Feed, reading: Reading) -> str | None:
         case "ATTRIBUTE" if vector.node.attribute_type == "GEOMETRY" and vector.socket.name == "Vector":
             return vector.node.attribute_name
     return None
+
+
+def _is_unmoved(mapping: bpy.types.TexMapping) -> bool:
+    """Whether a texture node looks up where it is told to."""
+    place = mapping.translation, mapping.rotation, mapping.scale
+    axes = mapping.mapping_x, mapping.mapping_y, mapping.mapping_z
+    return np.array_equal(place, [[0] * 3, [0] * 3, [1] * 3]) and axes == ("X", "Y", "Z")
 
 
 def _is_identity(mapping: Feed, reading: Reading) -> bool:

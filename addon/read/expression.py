@@ -108,6 +108,8 @@ def _notes(source: Feed) -> Iterator[str]:
         yield Sentence(what, node=node.name)
     if node.type == "NEW_GEOMETRY" and source.socket.name == "Pointiness":
         yield Sentence("'{node}' takes the mesh's triangles for how pointed it is", node=node.name)
+    if node.type == "NEW_GEOMETRY" and source.socket.name == "Backfacing":
+        yield Sentence("'{node}' tells sides apart, and both are taken as the front is", node=node.name)
     kind = getattr(node, "attribute_type", "GEOMETRY")
     if getattr(node, "from_instancer", False) or kind == "INSTANCER":
         yield Sentence("'{node}' is taken of the object, not of what shows copies of it", node=node.name)

@@ -14,7 +14,7 @@ from .images import ImageReader
 from .nodes import Mismatch, Reading, node_tree, output_feed
 from .sources import constant
 from .surface_bakes import Patch, SurfaceBakes
-from .surfaces import Surface, read_surface, specular_share
+from .surfaces import Surface, principled_notes, read_surface, specular_share
 
 
 def _default(glossy: bool) -> Material:
@@ -24,6 +24,10 @@ def _default(glossy: bool) -> Material:
     gloss = Gloss(roughness=constant(0.5), dielectric=WHITE) if glossy else MATTE
     share = specular_share()
     return Material("", constant(0.8 * (1 - share)), gloss=gloss, gloss_albedo=constant(share))
+
+
+def _default_notes(glossy: bool) -> tuple[str, ...]:
+    return () if bpy.app.version < (5, 0, 0) else principled_notes(glossy)
 
 
 class MaterialReader:
@@ -76,6 +80,7 @@ class MaterialReader:
     def _first_reading(self, material: bpy.types.Material | None) -> tuple[Material, tuple[Expression, ...], bool]:
         """A material with stand-ins for what is to be baked, what that is, and whether it is all that varies."""
         if material is None:
+            self.notes += [note for note in _default_notes(self._glossy) if note not in self.notes]
             return _default(self._glossy), (), False
         for whole in (False, True):
             reading = self._reading(material, None if self._bakes is None else {}, None, whole)
@@ -93,12 +98,13 @@ class MaterialReader:
         for (material, patch, whole), before in zip(self._sources, self.read):
             if material is None:
                 made.append(before)
+                notes += [note for note in _default_notes(self._glossy) if note not in notes]
                 continue
             wanted = {e.wanted_as: e for e in patch.expressions} if patch else {}
             textures = patch.textures if patch else {}
             reading = self._reading(material, wanted, textures, whole and bool(textures))
-            if patch and patch.note:
-                reading.note(patch.note)
+            for note in patch.notes if patch else ():
+                reading.note(note)
             made.append(read_material(material.evaluated_get(depsgraph), reading))
             notes += [note for note in reading.notes if note not in notes]
         return made, notes

@@ -23,16 +23,17 @@ def read_normal(source: Feed, reading: Reading) -> NormalSource | None:
     relief = _relief(reading)
     if relief and source.node is None:
         source = relief
-    elif relief and _is_raised(source, reading):
+    elif relief and _under_bumps(source, reading).node is None:
         reading.note("its displacement is left out under its bump map")
     if source.node is None:
         return None
     # What is asked for twice is one thing.
     key = "normal", key_of(source)
     if key not in reading.known:
-        found, own = baked(source, reading, is_normal=True), source is relief
-        raised = own or _is_raised(source, reading)
-        reading.known[key] = found and NormalSource(found.value, found.texture, found.uv, raised, own)
+        found, own, base = baked(source, reading, is_normal=True), source is relief, _under_bumps(source, reading)
+        raised = own or base is not source
+        under = baked(base, reading, is_normal=True) if raised and not own else None
+        reading.known[key] = found and NormalSource(found.value, found.texture, found.uv, raised, own, under)
     if reading.known[key] is None:
         reading.note("its normal or bump map is left out")
     return reading.known[key]
@@ -47,11 +48,11 @@ def _relief(reading: Reading) -> Feed | None:
     return source
 
 
-def _is_raised(source: Feed, reading: Reading) -> bool:
-    """Whether a normal comes of bumps on the mesh's own alone."""
+def _under_bumps(source: Feed, reading: Reading) -> Feed:
+    """What bumps stand out from; a normal without any itself."""
     while source.node is not None and source.node.type == "BUMP":
         source = _without_idle(source.input("Normal"), reading)
-    return source.node is None
+    return source
 
 
 def _without_idle(source: Feed, reading: Reading) -> Feed:

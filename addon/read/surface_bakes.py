@@ -35,6 +35,9 @@ if TYPE_CHECKING:
 # Texels of all textures together, and the most and fewest of one [power of two].
 _ALL, _MOST, _FEWEST = 25, 20, 14
 
+# Share of a texture's texels that are on edges, or on noise, above which it is told.
+_ROUGH = 0.01
+
 # Triangles beyond which a mesh is not baked: each needs eight texels.
 _TRIANGLES = 1 << 20
 
@@ -47,7 +50,8 @@ _VERSION = 1
 
 @dataclass
 class Patch:
-    """A material on some slots of a mesh. uv: name of the UV map of its textures. textures: those that were baked."""
+    """A material on some slots of a mesh. uv: name of the UV map of its textures. textures: those that were baked.
+    notes: what is not exact."""
 
     material: bpy.types.Material
     expressions: tuple[Expression, ...]
@@ -55,7 +59,7 @@ class Patch:
     slots: tuple[int, ...]
     place: Place
     textures: dict[tuple[Key, bool], ColorSource] = field(default_factory=dict)
-    note: str = ""
+    notes: list[str] = field(default_factory=list)
 
     @property
     def uv(self) -> str:
@@ -99,14 +103,16 @@ class SurfaceBakes:
                 alike[own] = Patch(material.original, expressions, index, slots, place)
                 self.patches.append(alike[own])
                 if np.count_nonzero(np.isin(mesh.slots, slots)) > _TRIANGLES:
-                    alike[own].note = Sentence("mesh '{mesh}' has too many triangles to bake it", mesh=mesh.name)
+                    said = Sentence("mesh '{mesh}' has too many triangles to bake it", mesh=mesh.name)
+                    alike[own].notes.append(said)
                 elif index not in self._meshes:
                     self._meshes[index] = MeshCopy.of(entry.object, mesh)
             else:
                 patches = list(alike.values())[:_OBJECTS]
-                patches[0].note = Sentence(
+                said = Sentence(
                     "objects of one mesh differ in it; all but {number} are taken as one of those", number=_OBJECTS
                 )
+                patches[0].notes[:] = [said]
                 alike[own] = patches[len(alike) % _OBJECTS]
         return alike[own]
 
@@ -140,6 +146,9 @@ class SurfaceBakes:
                         pixels = self._cache.save(key, pixels)
                         yield done / len(self.patches)
                     patch.textures[expression.wanted_as] = _source(expression.name, pixels, patch.uv)
+                    if atlases[where].roughness(pixels) > _ROUGH:
+                        said = Sentence("'{node}' has finer detail than its texture", node=expression.name)
+                        patch.notes.append(said)
         self._cache.trim()
         self._meshes.clear()
         return uvs

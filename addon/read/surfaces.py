@@ -11,6 +11,7 @@ from ...gi_core.gloss import fresnel_mean
 from ...gi_core.scene import BLACK, MATTE, WHITE, ColorSource, Gloss
 from ..sentence import Sentence
 from .colors import read_color, read_number
+from .constants import estimate
 from .factors import read_factor
 from .gloss import gloss_sum, glossy_bsdf, principled_gloss, specular_ior
 from .nodes import Feed, Reading, set_value
@@ -60,7 +61,7 @@ def read_surface(source: Feed, reading: Reading) -> Surface:
             return _principled(source, reading)
         case "BSDF_GLOSSY":
             reading.note_once(_GLOSS_NOTES[reading.glossy])
-            color = read_color(source.input("Color"), reading, "the colour")
+            color = _reflectance(source.input("Color"), reading, "the colour")
             gloss = glossy_bsdf(source, reading) if reading.glossy else MATTE
             return Surface(gloss=gloss, gloss_albedo=color, normal=read_normal(source.input("Normal"), reading))
         case "MIX_SHADER":
@@ -82,8 +83,18 @@ def read_surface(source: Feed, reading: Reading) -> Surface:
 
 
 def _diffuse(source: Feed, reading: Reading) -> Surface:
-    color = read_color(source.input("Color"), reading, "the colour")
+    color = _reflectance(source.input("Color"), reading, "the colour")
     return Surface(albedo=color, normal=read_normal(source.input("Normal"), reading))
+
+
+def _reflectance(source: Feed, reading: Reading, what: str) -> ColorSource:
+    """The colour of something that reflects, not below nothing, as in Cycles."""
+    color = read_color(source, reading, what)
+    return color if _lowest(color) >= 0 else applied(lambda values: np.maximum(values, 0), color)
+
+
+def _lowest(color: ColorSource) -> float:
+    return float((color.value if color.texture is None else color.value * color.texture.pixels.min((0, 1))).min())
 
 
 def _principled(source: Feed, reading: Reading) -> Surface:
@@ -106,7 +117,7 @@ def _principled(source: Feed, reading: Reading) -> Surface:
     albedo = gloss_albedo = BLACK
     if dull.value.any() or metal.value.any():
         reading.note_once(_GLOSS_NOTES[reading.glossy])
-        base = read_color(source.input("Base Color"), reading, "the base colour")
+        base = _reflectance(source.input("Base Color"), reading, "the base colour")
         specular = _specular(source, base, number("IOR"), number("Specular IOR Level"), reading)
         if normal is not None and specular.value.any():
             reading.note("how diffuse it is depends on the view, most of all under a normal map; the mean is taken")
@@ -137,7 +148,11 @@ def _specular(source: Feed, base: ColorSource, ior: float, level: float, reading
 
 def _emission(source: Feed, color: str, strength: str, reading: Reading) -> ColorSource:
     amount = read_factor(source.input(strength), reading, "emission strength", np.inf)
-    return product(read_color(source.input(color), reading, "the emitted colour"), amount, reading, "its emission")
+    emitted = product(read_color(source.input(color), reading, "the emitted colour"), amount, reading, "its emission")
+    dark = _lowest(emitted) < 0
+    if dark or estimate(source.input(strength), reading)[0].min() < 0:
+        reading.note("emission below nothing is taken as none")
+    return applied(lambda values: np.maximum(values, 0), emitted) if dark else emitted
 
 
 def _in_use(source: Feed, name: str) -> bool:
@@ -149,6 +164,11 @@ def _note_roughness(source: Feed, roughness: str, reading: Reading) -> None:
     """Notes what makes a diffuse surface reflect otherwise than Lambert's law says."""
     if _in_use(source, roughness):
         reading.note("the roughness of its diffuse part is left out")
+
+
+def principled_notes(glossy: bool) -> tuple[str, ...]:
+    """What is approximated of every Principled BSDF that reflects."""
+    return _GLOSS_NOTES[glossy], _VIEW_NOTE
 
 
 def specular_share(ior: float = 1.5, level: float = 0.5, roughness: float | np.ndarray = 0.5) -> float | np.ndarray:

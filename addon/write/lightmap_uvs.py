@@ -94,7 +94,8 @@ def unwrapping(
     users = [
         obj
         for obj in view_layer.objects
-        if obj.type == "MESH"
+        if obj  # just deleted
+        and obj.type == "MESH"
         and (obj.name in objects if objects else object_options(obj).use and not obj.hide_render)
         and obj.data.polygons
     ]

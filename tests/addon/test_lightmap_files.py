@@ -249,16 +249,19 @@ def test_sixty_objects_have_clean_edges(sample):
 
 
 def test_what_cycles_lights_is_not_black(sample):
-    """Not even where a face only grazes a texel, things stand on each other, or a seam is closed."""
+    """Nor what is next to it on the map: not even where a face only grazes a texel, which Cycles leaves out, where
+    things stand on each other, or where a seam is closed."""
     bpy.ops.wm.open_mainfile(filepath=str(sample("props")))
     scene, view_layer = bpy.context.scene, bpy.context.view_layer
-    names = ("Floor", "Back wall", "Suzanne 01", "Cube 05", "Torus 46")
+    # A wall that shelves run into, and shapes with many seams in deep shadow.
+    names = ("Back wall", "Cube 05", "Torus 46", "Suzanne 36")
     job = Job(target="lightmap", objects=names, resolution=64, settings=RsmSettings(map_resolution=128))
     result = tiles.finish(bake(scene, view_layer, job))
     uvs = {page.name: page.places[0].uv for page in result.pages}
     with lightmap_uvs.lent({bpy.data.meshes[name]: uv for name, uv in result.uvs.items()}):
         reference = lightmap_reference(scene, view_layer, uvs, 64, 16, 1, 0, ("DIRECT", "INDIRECT"))
     for name, light in result.light.items():
-        lit = light.valid & (reference[name][..., :3].sum(-1) > 0)
-        assert lit.sum() > 200
+        around = np.pad(reference[name][..., :3].sum(-1), 1)
+        lit = light.valid & np.any([around[i : i + 64, j : j + 64] > 0 for i in range(3) for j in range(3)], axis=0)
+        assert lit.sum() > 1000
         assert ((light.direct + light.indirect)[lit].max(-1) > 0).all(), name

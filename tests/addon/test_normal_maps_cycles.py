@@ -113,9 +113,9 @@ def test_normals_and_direct_light_wherever_objects_stand(tmp_path):
 
 
 def test_relief_from_behind(tmp_path):
-    """Maps show their back there, bumps stand out, on others too."""
-    kinds = {name: KINDS[name] for name in ("tangent space", "object space", "bump")}
-    kinds["displacement as bump"] = KINDS["displacement as bump"]
+    """Maps show their back there, bumps stand out, on others and on maps too."""
+    names = "tangent space", "object space", "bump", "bump on a map", "displacement as bump"
+    kinds = {name: KINDS[name] for name in names}
     kinds["two bumps"] = lambda t, p: bumped(t, 0.4, 1.0, Normal=bumped(t, 0.6, 0.5))
     hold_against_cycles(tmp_path, kinds, [Euler((np.pi, 0, 0)).to_matrix().to_4x4() @ place for place in PLACES[1:]])
 

@@ -110,11 +110,19 @@ def colors():
         vector = tree.node("ShaderNodeMapping", Vector=coordinates(tree, "UV"), Scale=(2, 3, 1), Rotation=(0, 0, 0.5))
         return tree.node("ShaderNodeTexImage", "Color", {"image": file}, Vector=vector)
 
+    def placed(tree):
+        node = tree.node("ShaderNodeTexImage", set={"image": file}).node
+        node.texture_mapping.scale, node.texture_mapping.translation = (2, 3, 1), (0.3, 0.1, 0)
+        return node.outputs[0]
+
     return {
         "ramp": ramp,
         "curve": curve,
         "mixed": mixed,
         "moved": moved,
+        "placed": placed,
+        "below nothing": lambda tree: tree.node("ShaderNodeMix", 2, {"data_type": "RGBA", "blend_type": "SUBTRACT"},
+                                                Factor=1.0, A=noise(tree), B=(0.6, 0.5, 0.4)),
         "nested": nested,
         "generated": lambda tree: tree.node("ShaderNodeTexMagic", Scale=2.0),
         "object": lambda tree: noise(tree, Vector=coordinates(tree, "Object")),
@@ -343,6 +351,20 @@ def test_what_depends_on_the_view_is_told():
     core = read_baked()
     assert core.materials[0].albedo.texture
     assert [note for note in core.approximated if "Layer Weight' depends on the view" in note]
+
+
+def test_what_tells_sides_apart_or_is_too_fine_is_told():
+    def sided(tree):
+        side = tree.node("ShaderNodeNewGeometry", "Backfacing")
+        return tree.node("ShaderNodeMix", 2, {"data_type": "RGBA"}, Factor=side, A=(0.8, 0.1, 0.1), B=(0.1, 0.8, 0.1))
+
+    square(diffuse("sided", sided))
+    for name, scale in (("coarse", 3.0), ("fine", 3000.0)):
+        square(diffuse(name, lambda tree, scale=scale: noise(tree, scale)))
+    core = read_baked()
+    assert core.materials[0].albedo.value == pytest.approx([0.8, 0.1, 0.1], abs=1e-3)
+    assert [note.split("'")[1] for note in core.approximated] == ["sided", "fine"]
+    assert "tells sides apart" in core.approximated[0] and "finer detail" in core.approximated[1]
 
 
 def test_more_objects_than_textures_take_turns(monkeypatch):

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 import numpy as np
 import pytest
+from gi_bake.gi_core.atlas import Place
 from gi_bake.gi_core.scene import Mesh
 from gi_bake.gi_core.seams import Seams, disagreement, seams, stitched
 
@@ -19,7 +20,7 @@ def roof(tilt=0.0):
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
     uv = np.concatenate([[[2, 2], [14, 2], [14, 14], [2, 14]], [[18, 18], [30, 18], [30, 30], [18, 30]]])[triangles]
     normals = np.repeat(normal[:, None], 3, 1).astype(np.float32)
-    return Mesh("roof", vertices, triangles, normals, np.zeros(4, np.int32)), uv
+    return Mesh("roof", vertices, triangles, normals, np.zeros(4, np.int32)), uv / 32, Place("roof", "", 0, 0, 32)
 
 
 def test_a_smooth_cut_is_a_seam_and_an_edge_is_none():
@@ -31,10 +32,10 @@ def test_a_smooth_cut_is_a_seam_and_an_edge_is_none():
     assert np.allclose(sides[0][:, 1] - 2, sides[1][:, 1] - 18)
     assert np.allclose(np.sort(sides[0][:, 1]), 2 + (np.arange(24) + 0.5) / 2)
     assert len(seams(*roof(tilt=1.0))) == 0
-    mesh, uv = roof()
+    mesh, _, place = roof()
     # Where the map is whole there is nothing to close.
-    uv = (mesh.vertices[mesh.triangles][..., :2] + 1) * 8
-    assert len(seams(mesh, uv)) == 0
+    uv = (mesh.vertices[mesh.triangles][..., :2] + 1) / 4
+    assert len(seams(mesh, uv, place)) == 0
 
 
 def test_stitching_makes_the_sides_agree_and_changes_little_else():

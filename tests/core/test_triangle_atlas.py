@@ -54,6 +54,18 @@ def test_the_image_is_as_large_as_asked():
     assert large.width * large.height < 12 * 20000
 
 
+def test_detail_that_samples_do_not_show():
+    """Nothing of a smooth function, all of noise, and of an edge as many texels as it crosses."""
+    corners = np.float32([[(0, 0, 0), (1, 0, 0), (0, 1, 0)], [(1, 1, 0), (0, 1, 0), (1, 0, 0)]])
+    atlas = triangle_atlas(corners, np.ones(2, bool), 1 << 16)
+    x, y = np.meshgrid(np.arange(atlas.width) / atlas.width, np.arange(atlas.height) / atlas.height)
+    rough = [atlas.roughness(np.dstack(3 * [values])) for values in (
+        np.sin(6 * x) * y, np.random.default_rng(0).random(x.shape), (x % 0.25 > 0.1), (y % 0.25 > 0.1))]  # fmt: skip
+    assert rough[0] == 0 and rough[1] > 0.8
+    assert rough[2:] == pytest.approx([8 / atlas.width, 8 / atlas.height], rel=0.2)
+    assert triangle_atlas(corners, np.ones(2, bool), 1).roughness(np.zeros((4, 4, 3))) == 0
+
+
 def test_triangles_left_out_take_no_room():
     corners, kept = soup(100), np.arange(100) < 2
     atlas = triangle_atlas(corners, kept, 1)
