@@ -124,7 +124,7 @@ def bake(
         if job.part_of:
             due = due.of(lambda name: by_method.method_of(scene, job, name) == job.method)
         names = tuple(place.name for page in due.pages for place in page.places)
-        yield 0.0, "maps"
+        yield 0.0, METHODS[job.method].stage
     elif job.part_of:
         names = tuple(name for name in names if by_method.method_of(scene, job, name) == job.method)
     receivers = _receivers(tracer, job, camera, names, due.pages)
@@ -134,8 +134,9 @@ def bake(
         spread = None if job.target == "volume" else guides(tracer, names, camera, _GUIDES)
         shown = partial(preview, "", slice(0, camera.resolution[1])) if preview and camera else None
         asked = Asked(spread, [camera] if camera else read.cameras, history, shown)
-        work, maps = named("maps", METHODS[job.method].emit(tracer, asked, job.settings)), _MAPS[job.method]
-        emitted = yield from stages.follow(work, 0, maps if receivers else 1, {"maps": 1.0})
+        technique, maps = METHODS[job.method], _MAPS[job.method]
+        work = named(technique.stage, technique.emit(tracer, asked, job.settings))
+        emitted = yield from stages.follow(work, 0, maps if receivers else 1, {technique.stage: 1.0})
     volume = emitted if isinstance(emitted, lpv.Volume) else None
     views = emitted if job.method == "ssgi" and emitted else []
 

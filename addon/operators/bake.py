@@ -51,7 +51,7 @@ class GI_OT_bake(Modal, Operator):
     )
     folder: StringProperty(
         name="Output Folder", description="Folder for files; empty takes the scene's", subtype="DIR_PATH",
-        options={"SKIP_SAVE"},
+        options={"SKIP_SAVE", "PATH_SUPPORTS_BLEND_RELATIVE"},
     )  # fmt: skip
 
     def _begin(self, context, seen):

@@ -5,6 +5,8 @@
 from bpy.app.translations import pgettext_iface as iface_
 from bpy.types import Panel, UIList
 
+from .. import preview
+from ..baked import LAYERS
 from .panel import RenderPanel
 from .settings import prop
 from .words import duration, short
@@ -64,10 +66,17 @@ class GI_PT_results(RenderPanel, Panel):
         prop(column, group, "reference_samples", context)
         column.operator("gi.compare")
         if line.compared:
-            row = layout.row(align=True)
             if line.comparisons:
-                row.operator("gi.show", text="Comparison", icon="IMAGE_RGB").which = "COMPARISON"
-            row.operator("wm.path_open", text="Report", icon="URL").filepath = line.report
+                self._layers(line, column)
+            column.operator("wm.path_open", text="Report", icon="URL").filepath = line.report
+
+    def _layers(self, line, column):
+        """A button for each layer of a comparison; the one that is shown is held down."""
+        shown = {space.image for space in preview.editors()}
+        row = column.row(align=True)
+        for layer, name in LAYERS.items():
+            down = any(part.name == layer and part.image in shown for part in line.comparisons)
+            row.operator("gi.show", text=name, depress=down).which = layer
 
 
 def _enum_name(item, name: str) -> str:

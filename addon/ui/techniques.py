@@ -10,11 +10,17 @@ from bpy.types import Panel
 from ...gi_core.settings import Settings
 from ...gi_core.techniques import METHODS
 from ..presets import PANELS as PRESETS
-from ..properties import METHODS as DESCRIBED
 from ..rna import own_fields
 from .panel import RenderPanel
 from .settings import settings
 from .words import wrapped
+
+# What a technique is for, in a line; its tooltip says more.
+_FOR = {
+    "RSM": "Stills, lightmaps: equals Cycles as samples grow",
+    "LPV": "Smooth without noise, also for what moves later",
+    "SSGI": "Camera images and animations, as in game engines",
+}
 
 # What matters of a technique, in the order in which an artist turns to it. All else is advanced.
 MAIN = {
@@ -73,7 +79,7 @@ class _Technique(RenderPanel):
         PRESETS[self.method.lower()].draw_panel_header(self.layout)
 
     def draw(self, context):
-        wrapped(self.layout, iface_(next(text for name, _, text, _ in DESCRIBED if name == self.method)), context)
+        wrapped(self.layout, iface_(_FOR[self.method]), context)
         settings(self.split(), context.scene.gi_bake, self.method.lower(), MAIN[self.method.lower()], context)
 
 

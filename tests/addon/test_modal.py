@@ -198,14 +198,14 @@ def test_a_comparison_to_the_end(gi, comparison, monkeypatch):
 
         monkeypatch.setattr(module, name, seen)
 
-    noted(halves, "fingerprint"), noted(gi("addon.compare"), "write_report"), noted(gi("addon.baked"), "_layers")
+    noted(halves, "fingerprint"), noted(gi("addon.compare"), "write_report"), noted(gi("addon.baked"), "_pictures")
     assert comparison._start(comparison.context) == {"RUNNING_MODAL"}
     shares = []
     assert follow(comparison, lambda: shares.append(session.run.fraction if session.run else 1.0)) == {"FINISHED"}
     assert len(set(shares)) > 4 and shares == sorted(shares), "each go of Cycles is a step"
-    assert where == {"fingerprint": True, "write_report": False, "_layers": False}
+    assert where == {"fingerprint": True, "write_report": False, "_pictures": False}
     [line] = bpy.context.scene.gi_bake.results
-    assert line.compared and len(line.comparisons) == 3 and session.run is None and left_over(comparison) == []
+    assert line.compared and len(line.comparisons) == 9 and session.run is None and left_over(comparison) == []
 
 
 def test_a_comparison_to_a_cancel_in_the_middle(gi, comparison):
