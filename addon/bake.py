@@ -72,8 +72,9 @@ class Refused(Exception):
         self.findings = findings
 
 
-# Shown a receiver's name ("" for the camera), some of its rows and their light so far, E/π (rows, w, 3) float32.
-Preview = Callable[[str, slice, np.ndarray], None]
+# Shown a receiver's name ("" for the camera), some of its rows and their light so far, E/π (rows, w, 3) float32; of
+# corners of triangles also where they are, (rows, 3) float32 [m].
+Preview = Callable[..., None]
 
 
 def bake(
@@ -251,7 +252,7 @@ def _collected(
     for tile in cutting:
         share = float(np.prod(tile.shape) / items)
         light = TileLight(tracer, technique, settings, emitted, job.wants("direct"), camera, share, reused, coarse)
-        work = light.on(tile, _shown(preview, tile) if preview else None)
+        work = light.on(tile, _shown(preview, tile, tracer.geometry) if preview else None)
         found, estimate = yield from stages.follow(work, begin + length * done, length * share, light.stages)
         done += share
         estimates.append(estimate)
@@ -355,15 +356,22 @@ def _margin(settings: Settings, camera: Camera | None) -> tuple[int, int]:
     return -(-margin // cell) * cell, cell
 
 
-def _shown(preview: Preview, tile: Tile) -> Callable[[dict[str, np.ndarray]], None]:
+def _shown(preview: Preview, tile: Tile, geometry: Geometry) -> Callable[[dict[str, np.ndarray]], None]:
     """Hands a tile's layers on to a preview, receiver by receiver."""
 
     def show(layers: dict[str, np.ndarray]):
         light = (layers["Lamps"] + layers["Around"] + layers["Indirect"]) / np.float32(np.pi)
         for receiver, rows, kept in tile.kept():
-            preview(receiver.name, pixels(kept, receiver), light[pixels(rows, receiver)])
+            places = () if receiver.is_image else (_corners(geometry, receiver.name)[kept],)
+            preview(receiver.name, pixels(kept, receiver), light[pixels(rows, receiver)], *places)
 
     return show
+
+
+def _corners(geometry: Geometry, name: str) -> np.ndarray:
+    """Where the corners of an object's triangles are, (3 t, 3) [m]."""
+    _, triangles = geometry.mesh_of(name)
+    return geometry.vertices[geometry.triangles[triangles]].reshape(-1, 3)
 
 
 def _of_volume(volume: lpv.Volume) -> Sentence:

@@ -79,8 +79,9 @@ def drop(scene: bpy.types.Scene, index: int) -> None:
 
 def _drop_attributes(names: Sequence[str], *attributes: str) -> None:
     for mesh in (bpy.data.objects[name].data for name in names):
-        for found in [mesh.attributes[attribute] for attribute in attributes if attribute in mesh.attributes]:
-            mesh.attributes.remove(found)
+        for attribute in attributes:
+            if found := mesh.attributes.get(attribute):
+                mesh.attributes.remove(found)
 
 
 def pictured(subjects: Sequence[Subject], folder: Path) -> list[tuple[str, dict[str, Path]]]:

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What was baked."""
 
+import bpy
 from bpy.app.translations import pgettext_iface as iface_
 from bpy.types import Panel, UIList
 
@@ -58,7 +59,7 @@ class GI_PT_results(RenderPanel, Panel):
         row = layout.row(align=True)
         row.operator("gi.show", text="Show", icon="IMAGE_DATA").which = "RESULT"
         if line.folder:
-            row.operator("wm.path_open", text="Folder", icon="FILE_FOLDER").filepath = line.folder
+            row.operator("wm.path_open", text="Folder", icon="FILE_FOLDER").filepath = bpy.path.abspath(line.folder)
         row = layout.row(align=True)
         row.operator("gi.apply", text="Apply", icon="MATERIAL")
         row.operator("gi.remove", icon="TRASH")
@@ -68,7 +69,7 @@ class GI_PT_results(RenderPanel, Panel):
         if line.compared:
             if line.comparisons:
                 self._layers(line, column)
-            column.operator("wm.path_open", text="Report", icon="URL").filepath = line.report
+            column.operator("wm.path_open", text="Report", icon="URL").filepath = bpy.path.abspath(line.report)
 
     def _layers(self, line, column):
         """A button for each layer of a comparison; the one that is shown is held down."""
