@@ -15,6 +15,7 @@ from .compare.subject import Subject
 from .result import Result
 from .write.attributes import ATTRIBUTE, CORNERS, COVERAGE
 from .write.images import MARK, file_stem
+from .write.placement import LIGHT
 from .write.results import export, store
 
 # Blender's scene-linear space, in which light is.
@@ -75,6 +76,7 @@ def drop(scene: bpy.types.Scene, index: int) -> None:
                 bpy.data.node_groups.remove(group)
         elif obj.type == "MESH":
             _drop_attributes([name], ATTRIBUTE, CORNERS, COVERAGE)
+            obj.data.pop(LIGHT, None)
 
 
 def _drop_attributes(names: Sequence[str], *attributes: str) -> None:

@@ -11,6 +11,7 @@ from bpy.types import Operator
 
 from .. import baked, preview
 from ..redraw import redraw
+from ..sentence import translated
 from ..write import hookup
 from ..write.attributes import ATTRIBUTE, CORNERS
 from .poll import busy
@@ -52,7 +53,11 @@ class GI_OT_apply(Operator):
         return True
 
     def execute(self, context):
-        names = hookup.apply(context.scene, self.gltf)
+        try:
+            names = hookup.apply(context.scene, self.gltf, line_of(context).target == "VERTICES")
+        except hookup.HookupError as error:
+            self.report({"ERROR"}, translated(error.args[0], rpt_))
+            return {"CANCELLED"}
         self.report({"INFO"}, rpt_("Applied to {:d} materials").format(len(names)))
         return {"FINISHED"}
 

@@ -128,6 +128,10 @@ _TEXTS = {
     "Where the bake is too bright (red) and too dark (blue)": "烘焙过亮（红）与过暗（蓝）之处",
     "What was compared: as it was baked, by Cycles, and the difference": "所对比的内容：烘焙结果、Cycles 结果及其差异",
     "The light is no longer there": "光照已不存在",
+    "no object of scene '{scene}' has a lightmap or light at its vertices: bake to lightmaps first, or to vertices": "场景“{scene}”中没有带光照贴图或顶点光照的物体：请先烘焙光照贴图或顶点光照",
+    "glTF takes lightmaps only: bake to lightmaps first": "glTF 只能使用光照贴图：请先烘焙光照贴图",
+    "objects with the material '{material}' lie on {count} lightmaps, and a material can show {most}: bake with the setting atlas=all": "使用材质“{material}”的物体分布在 {count} 张光照贴图上，而一个材质最多显示 {most} 张：请将“图集”设为“全部”后烘焙",
+    "objects with the material '{material}' hold different light: bake them alike": "使用材质“{material}”的物体保存的光照类型不同：请以相同设置烘焙",
     "Result": "结果",
     "What was baked": "烘焙的内容",
     # Techniques and targets
