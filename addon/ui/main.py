@@ -37,6 +37,8 @@ class GI_PT_main(RenderPanel, Panel):
         if group.target in {"LIGHTMAP", "VERTICES"}:
             prop(column, group, "scope", context)
             prop(column, group, "light", context)
+        if group.target == "VERTICES":
+            prop(column, group, "domain", context)
         _quality(column, group)
         buttons(self.layout.column(), context)
 

@@ -46,8 +46,11 @@ class GI_PT_results(RenderPanel, Panel):
             return
         line = group.results[group.active_result]
         column = layout.column(align=True)
-        known = {"Technique": iface_(_enum_name(line, "method")), "Target": iface_(_enum_name(line, "target")),
-                 "Resolution": line.size, "Time": duration(line.seconds)}  # fmt: skip
+        known = {
+            "Technique": iface_(_enum_name(line, "method")), "Target": iface_(_enum_name(line, "target")),
+            {"VERTICES": "Vertices", "VOLUME": "Cells"}.get(line.target, "Resolution"): line.size,
+            "Time": duration(line.seconds),
+        }  # fmt: skip
         if line.compared:
             known |= {"relMSE": f"{line.error:.5f}", "Bias": f"{line.bias:+.2%}"}
         for name, text in known.items():

@@ -48,7 +48,7 @@ LIGHTMAPS = (
 
 
 # Shared settings that are shown elsewhere or that a technique has no use for.
-_ELSEWHERE = {"device", "memory", "light", "antialias", "glossy", *LIGHTMAPS}
+_ELSEWHERE = {"device", "memory", "light", "domain", "antialias", "glossy", *LIGHTMAPS}
 
 
 class GI_PT_lightmaps(RenderPanel, Panel):
