@@ -318,6 +318,16 @@ def test_files_are_remembered_from_the_blend(gi, tmp_path):
     assert (tmp_path / "out" / "report.html").is_file()
 
 
+def test_the_same_panels_are_there_for_every_technique(gi):
+    """Of two sub-panels that take each other's place and are as high, Blender does not show the second."""
+    group, panels = bpy.context.scene.gi_bake, gi("addon.ui")._panels
+    for target in (item.identifier for item in group.bl_rna.properties["target"].enum_items):
+        shown = set()
+        for group.target, group.method in ((target, method.upper()) for method in METHODS):
+            shown.add(tuple(panel for panel in panels if not hasattr(panel, "poll") or panel.poll(bpy.context)))
+        assert len(shown) == 1
+
+
 def test_the_long_stage_is_called_by_what_is_done(gi):
     group, stages, words = bpy.context.scene.gi_bake, {}, gi("addon.ui.main").STAGES
     group.lpv.cells, group.ssgi.frames = 16, 1
