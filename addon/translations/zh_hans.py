@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Simplified Chinese."""
 
+from ..rna import CONTEXT
+
 # fmt: off
 # ruff: noqa: E501
 _TEXTS = {
@@ -664,5 +666,5 @@ _TEXTS = {
 }
 # fmt: on
 
-# Blender looks for the labels of operators in a context of their own.
-ZH_HANS = {(context, text): other for text, other in _TEXTS.items() for context in ("*", "Operator")}
+# Blender looks for the labels of operators in a context of their own, and so do settings' names.
+ZH_HANS = {(context, text): other for text, other in _TEXTS.items() for context in ("*", "Operator", CONTEXT)}

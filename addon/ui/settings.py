@@ -56,11 +56,11 @@ def prop(column, holder, name: str, context) -> None:
     scale = context.preferences.system.ui_scale
     room = context.region.width - 80 * scale
     blf.size(0, 11 * scale)
-    width = blf.dimensions(0, iface_(kind.name))[0]
+    width = blf.dimensions(0, iface_(kind.name, kind.translation_context))[0]
     if width < (0.6 * room - 15 * scale if kind.type == "BOOLEAN" else 0.4 * room):
         column.prop(holder, name)
     elif kind.type in {"STRING", "ENUM"}:
-        column.label(text=kind.name)
+        column.label(text=kind.name, text_ctxt=kind.translation_context)
         column.prop(holder, name, text="")
     else:
         row = column.row()

@@ -67,6 +67,10 @@ def test_chinese_is_complete(gi):
     assert sorted(said - translated) == []
     for (_, text), other in chinese.items():
         assert other and other.count("{") == text.count("{"), text
+    settings = [p for cls in classes(gi("addon").__name__.removesuffix(".addon")) for p in properties(cls)]
+    assert {(p.translation_context, p.name) for p in settings} <= set(chinese)
+    bound = bpy.context.scene.gi_bake.rsm.bl_rna.properties["bound"]
+    assert (bound.translation_context, bound.name) == ("GI Bake", "Bound"), "which Blender takes for 'tied'"
 
 
 def test_what_is_not_as_in_cycles_is_said_in_chinese(gi, sample):
@@ -306,6 +310,22 @@ def test_light_at_vertices_is_shown_in_the_3d_view_and_taken_away_whole(gi):
     assert all((v.shading.type, v.shading.color_type) == ("SOLID", "VERTEX") for v in views)
     bpy.ops.gi.remove()
     assert names() == before
+
+
+def test_light_at_vertices_is_applied_and_removed_whole(gi):
+    before = names()
+    bpy.ops.gi.bake(target="VERTICES")
+    assert bpy.ops.gi.apply() == {"FINISHED"} and "GI Lightmap" in bpy.data.node_groups
+    mesh = bpy.data.objects["Floor"].data
+    mesh_keys = set(mesh.keys())
+    for name in json.loads(bpy.context.scene.gi_bake.results[0].objects):
+        del bpy.data.objects[name].data["gi_lightmap_light"]
+    with pytest.raises(RuntimeError, match="has a lightmap or light at its vertices: bake") as error:
+        bpy.ops.gi.apply()
+    assert "Traceback" not in str(error.value)
+    bpy.ops.gi.bake(target="VERTICES")
+    assert set(mesh.keys()) == mesh_keys
+    assert bpy.ops.gi.remove() == {"FINISHED"} and names() == before and not set(mesh.keys()) & mesh_keys
 
 
 def test_files_are_remembered_from_the_blend(gi, tmp_path):
