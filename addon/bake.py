@@ -73,8 +73,9 @@ class Refused(Exception):
         self.findings = findings
 
 
-# Shown a receiver's name ("" for the camera), some of its rows and their light so far, E/π (rows, w, 3) float32.
-Preview = Callable[[str, slice, np.ndarray], None]
+# Shown a receiver's name ("" for the camera), some of its rows and their light so far, E/π (rows, w, 3) float32; of
+# corners of triangles also where they are, (rows, 3) float32 [m].
+Preview = Callable[..., None]
 
 
 def bake(
@@ -125,7 +126,7 @@ def bake(
         if job.part_of:
             due = due.of(lambda name: by_method.method_of(scene, job, name) == job.method)
         names = tuple(place.name for page in due.pages for place in page.places)
-        yield 0.0, "maps"
+        yield 0.0, METHODS[job.method].stage
     elif job.part_of:
         names = tuple(name for name in names if by_method.method_of(scene, job, name) == job.method)
     receivers = _receivers(tracer, job, camera, names, due.pages)
@@ -135,8 +136,9 @@ def bake(
         spread = None if job.target == "volume" else guides(tracer, names, camera, _GUIDES)
         shown = partial(preview, "", slice(0, camera.resolution[1])) if preview and camera else None
         asked = Asked(spread, [camera] if camera else read.cameras, history, shown)
-        work, maps = named("maps", METHODS[job.method].emit(tracer, asked, job.settings)), _MAPS[job.method]
-        emitted = yield from stages.follow(work, 0, maps if receivers else 1, {"maps": 1.0})
+        technique, maps = METHODS[job.method], _MAPS[job.method]
+        work = named(technique.stage, technique.emit(tracer, asked, job.settings))
+        emitted = yield from stages.follow(work, 0, maps if receivers else 1, {technique.stage: 1.0})
     volume = emitted if isinstance(emitted, lpv.Volume) else None
     views = emitted if job.method == "ssgi" and emitted else []
 
@@ -253,7 +255,7 @@ def _collected(
     for tile in cutting:
         share = float(np.prod(tile.shape) / items)
         light = TileLight(tracer, technique, settings, emitted, job.wants("direct"), camera, share, reused, coarse)
-        work = light.on(tile, _shown(preview, tile) if preview else None)
+        work = light.on(tile, _shown(preview, tile, tracer.geometry) if preview else None)
         found, estimate = yield from stages.follow(work, begin + length * done, length * share, light.stages)
         done += share
         estimates.append(estimate)
@@ -357,15 +359,22 @@ def _margin(settings: Settings, camera: Camera | None) -> tuple[int, int]:
     return -(-margin // cell) * cell, cell
 
 
-def _shown(preview: Preview, tile: Tile) -> Callable[[dict[str, np.ndarray]], None]:
+def _shown(preview: Preview, tile: Tile, geometry: Geometry) -> Callable[[dict[str, np.ndarray]], None]:
     """Hands a tile's layers on to a preview, receiver by receiver."""
 
     def show(layers: dict[str, np.ndarray]):
         light = (layers["Lamps"] + layers["Around"] + layers["Indirect"]) / np.float32(np.pi)
         for receiver, rows, kept in tile.kept():
-            preview(receiver.name, pixels(kept, receiver), light[pixels(rows, receiver)])
+            places = () if receiver.is_image else (_corners(geometry, receiver.name)[kept],)
+            preview(receiver.name, pixels(kept, receiver), light[pixels(rows, receiver)], *places)
 
     return show
+
+
+def _corners(geometry: Geometry, name: str) -> np.ndarray:
+    """Where the corners of an object's triangles are, (3 t, 3) [m]."""
+    _, triangles = geometry.mesh_of(name)
+    return geometry.vertices[geometry.triangles[triangles]].reshape(-1, 3)
 
 
 def _of_volume(volume: lpv.Volume) -> Sentence:

@@ -13,9 +13,16 @@ import numpy as np
 from ..gi_core import display, exr
 from .compare.subject import Subject
 from .result import Result
-from .write.attributes import ATTRIBUTE, COVERAGE
+from .write.attributes import ATTRIBUTE, CORNERS, COVERAGE
 from .write.images import MARK, file_stem
+from .write.placement import LIGHT
 from .write.results import export, store
+
+# Blender's scene-linear space, in which light is.
+_SPACE = "Linear Rec.709"
+
+# What a comparison shows: an image of each, and their names.
+LAYERS = {"BAKED": "Baked", "CYCLES": "Cycles", "DIFFERENCE": "Difference"}
 
 
 def put(
@@ -29,6 +36,8 @@ def put(
     # Files first: a full disk is found before the file has changed.
     paths = _written(result, scene, folder, view_layer.name) if folder else []
     names = store(result, scene, folder)
+    if target == "vertices":
+        _drop_attributes(names, ATTRIBUTE if result.job.settings.domain == "corner" else CORNERS)
     images = [bpy.data.images[name] for name in names] if target in {"image", "lightmap"} else []
     for image, path in zip(images, paths):
         _to_file(image, path)
@@ -38,7 +47,7 @@ def put(
     line.name, line.key = _title(result, scene, names), uuid.uuid4().hex
     line.method, line.target = result.job.method.upper(), target.upper()
     line.view_layer, line.frame, line.seconds = view_layer.name, scene.frame_current, seconds
-    line.size, line.folder = _size(result), str(folder or "")
+    line.size, line.folder = _size(result), _relative(folder) if folder else ""
     for image in images:
         line.images.add().image = image
     line.objects = json.dumps([] if images else names)
@@ -66,26 +75,32 @@ def drop(scene: bpy.types.Scene, index: int) -> None:
             for group in [g for g in bpy.data.node_groups if g.get(MARK, "").endswith(f" {scene.name}")]:
                 bpy.data.node_groups.remove(group)
         elif obj.type == "MESH":
-            for attribute in (ATTRIBUTE, COVERAGE):
-                if found := obj.data.attributes.get(attribute):
-                    obj.data.attributes.remove(found)
+            _drop_attributes([name], ATTRIBUTE, CORNERS, COVERAGE)
+            obj.data.pop(LIGHT, None)
 
 
-def layered(subjects: Sequence[Subject], folder: Path) -> list[tuple[str, Path]]:
-    """Writes each picture of a comparison with ours, Cycles' and the difference as layers: its name and its file.
+def _drop_attributes(names: Sequence[str], *attributes: str) -> None:
+    for mesh in (bpy.data.objects[name].data for name in names):
+        for attribute in attributes:
+            if found := mesh.attributes.get(attribute):
+                mesh.attributes.remove(found)
+
+
+def pictured(subjects: Sequence[Subject], folder: Path) -> list[tuple[str, dict[str, Path]]]:
+    """Writes ours, Cycles' and the difference of each picture of a comparison: its name, and the files by LAYERS.
 
     Nothing of Blender is touched.
     """
     # Light at vertices is no picture.
-    return [(c.name, _layers(c, folder / f"{file_stem(c.name)} comparison.exr")) for c in subjects if c.flat]
+    return [(c.name, _pictures(c, folder)) for c in subjects if c.flat]
 
 
 def compared(
-    line: bpy.types.PropertyGroup, subjects: Sequence[Subject], report: Path, pictures: Sequence[tuple[str, Path]]
+    line: bpy.types.PropertyGroup, subjects: Sequence[Subject], report: Path, pictures: Sequence[tuple[str, dict]]
 ) -> list[bpy.types.Image]:
-    """Notes a comparison with Cycles in a result's line; the images that show it, packed, of `layered` files."""
+    """Notes a comparison with Cycles in a result's line; the images that show it, packed, of `pictured` files."""
     told = [s for s in subjects if s.kind == "indirect"] or subjects
-    line.compared, line.report = True, str(report)
+    line.compared, line.report = True, _relative(report)
     line.error, line.bias = (
         float(np.mean([values[name] for s in told for values in s.measures.values()])) for name in ("relmse", "bias")
     )
@@ -94,25 +109,31 @@ def compared(
             bpy.data.images.remove(part.image)
     line.comparisons.clear()
     made = []
-    for name, path in pictures:
-        image = bpy.data.images.load(str(path))
-        image.name = f"{name} Comparison"
-        image[MARK] = image.name
-        image.pack()
-        made.append(image)
-        line.comparisons.add().image = image
+    for name, paths in pictures:
+        for layer, path in paths.items():
+            image = bpy.data.images.load(str(path))
+            image.name = f"{name} {LAYERS[layer]}"
+            image[MARK] = image.name
+            # Light, and no data, for which newer Blenders take such files.
+            image.colorspace_settings.name = _SPACE
+            image.pack()
+            made.append(image)
+            part = line.comparisons.add()
+            part.name, part.image = layer, image
     return made
 
 
-def _layers(c: Subject, path: Path) -> Path:
-    """A multilayer image, which the Image Editor shows layer by layer."""
+def _pictures(c: Subject, folder: Path) -> dict[str, Path]:
     exposure = display.exposure_of(c.reference, c.mask)
     [ours] = c.ours.values()
     shown = display.difference(ours, c.reference, exposure, c.mask)[..., :3].astype(np.float32) / 255
     # The file holds scene-linear values, and the picture's colours are sRGB.
     difference = np.where(shown <= 0.04045, shown / 12.92, ((shown + 0.055) / 1.055) ** 2.4).astype(np.float32)
-    exr.write_layers(path, {"Baked": ours, "Cycles": c.reference, "Difference": difference}, "Comparison")
-    return path
+    found = {}
+    for layer, pixels in zip(LAYERS, (ours, c.reference, difference), strict=True):
+        found[layer] = folder / f"{file_stem(c.name)} {LAYERS[layer]}.exr"
+        exr.write_image(found[layer], pixels)
+    return found
 
 
 def _written(result: Result, scene: bpy.types.Scene, folder: Path, view_layer: str) -> list[Path]:

@@ -1,6 +1,6 @@
 # SPDX-FileCopyrightText: 2026 GI Bake authors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""The result so far, in the Image Editors that are open.
+"""The result so far, in the Image Editors that are open; of light at vertices, in the 3D views.
 
 The bake writes into arrays, on whatever thread it is; from them the main thread fills an image that lasts as long as
 the bake. Editors that show something of the user's own are left alone.
@@ -12,6 +12,7 @@ from collections.abc import Iterator
 import bpy
 import numpy as np
 
+from .preview_3d import Preview3D
 from .write.images import MARK
 
 NAME = "GI Bake Preview"
@@ -25,8 +26,12 @@ class Preview:
         self._canvases: dict[str, np.ndarray] = {}
         self._changed = ""
         self._before: list[tuple[bpy.types.SpaceImageEditor, str]] = []
+        self.in_views = Preview3D()
 
-    def __call__(self, name: str, rows: slice, light: np.ndarray) -> None:
+    def __call__(self, name: str, rows: slice, light: np.ndarray, places: np.ndarray | None = None) -> None:
+        if places is not None:
+            self.in_views.put(name, rows, light, places)
+            return
         with self._lock:
             canvas = self._canvases.get(name)
             width = light.shape[1]
@@ -41,9 +46,10 @@ class Preview:
 
     def refresh(self) -> bool:
         """Shows what has come since the last time; whether there was anything."""
+        drawn = self.in_views.show()
         with self._lock:
             if not self._changed:
-                return False
+                return drawn
             canvas = self._canvases[self._changed[1:]].copy()
             self._changed = ""
         height, width = canvas.shape[:2]
@@ -61,7 +67,8 @@ class Preview:
         return True
 
     def remove(self) -> None:
-        """Takes the image out of the file; the editors show what they showed before."""
+        """Takes the image out of the file; the editors and views show what they showed before."""
+        self.in_views.remove()
         image = bpy.data.images.get(NAME)
         if image is None:
             return

@@ -71,6 +71,10 @@ KEEPS = (
 )
 
 
+# Of paths that may begin with //, beside the .blend.
+_RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"}
+
+
 class GiBakeRsm(PropertyGroup):
     """Settings of reflective shadow maps."""
 
@@ -114,12 +118,17 @@ class GiBakeResult(PropertyGroup):
     bias: FloatProperty(
         name="Bias", description="How much too bright (+) or too dark (-) the whole is against Cycles, as a share"
     )
-    report: StringProperty(name="Report", description="Page with the comparison", subtype="FILE_PATH")
-    folder: StringProperty(name="Folder", description="Folder that holds the result's files", subtype="DIR_PATH")
+    report: StringProperty(
+        name="Report", description="Page with the comparison", subtype="FILE_PATH", options=_RELATIVE
+    )
+    folder: StringProperty(
+        name="Folder", description="Folder that holds the result's files", subtype="DIR_PATH", options=_RELATIVE
+    )
     images: CollectionProperty(name="Images", description="Images that the result consists of", type=GiBakeImage)
     comparisons: CollectionProperty(
-        name="Comparisons", description="Images with the layers Baked, Cycles and Difference", type=GiBakeImage
-    )
+        name="Comparisons", description="What was compared: as it was baked, by Cycles, and the difference",
+        type=GiBakeImage,
+    )  # fmt: skip
     objects: StringProperty(
         name="Objects", description="Names of the objects that got light at vertices or are the volume, as a JSON list"
     )
@@ -159,7 +168,7 @@ class GiBakeScene(PropertyGroup):
         ),
         "folder": StringProperty(
             name="Output Folder", description="Folder for images, volumes and reports; // is beside the .blend",
-            default="//gi_bake/", subtype="DIR_PATH", options=set(),
+            default="//gi_bake/", subtype="DIR_PATH", options=_RELATIVE,
         ),
         "reference_samples": IntProperty(
             name="Cycles Samples", description="Samples that Cycles takes for each pixel, texel or vertex to compare "

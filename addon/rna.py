@@ -21,6 +21,9 @@ _CAPITALS = {
 # What Blender writes behind a value. Other units go behind the name.
 _SUBTYPES = {"m": "DISTANCE", "s": "TIME_ABSOLUTE", "pixels": "PIXEL", "texels": "PIXEL"}
 
+# In which settings' names are translated: Blender's own words come first elsewhere, and "Bound" says "tied" there.
+CONTEXT = "GI Bake"
+
 
 def label(name: str) -> str:
     """A name as it is written for people."""
@@ -58,7 +61,10 @@ def _as_written(value: float, f: Field) -> float:
 
 def _property(f: Field):
     m = f.metadata
-    said = {"name": _named(f.name, m["unit"]), "description": m["description"], "options": set()}
+    said = {
+        "name": _named(f.name, m["unit"]), "description": m["description"], "options": set(),
+        "translation_context": CONTEXT,
+    }  # fmt: skip
     if m["choices"]:
         items = [(choice.upper(), label(choice), "") for choice in m["choices"]]
         return EnumProperty(items=items, default=f.default.upper(), **said)

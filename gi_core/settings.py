@@ -46,9 +46,18 @@ class Settings:
         high=1e6,
         unit="s",
     )
-    bounces: int = setting(1, "How often light is reflected before it arrives; 1 is the first bounce", low=1, high=32)
+    bounces: int = setting(
+        1,
+        "How often light is reflected before it arrives; 1 is the first bounce, more brighten what lamps do not reach "
+        "and take longer",
+        low=1,
+        high=32,
+    )
     light_samples: int = setting(
-        32, "Samples of each soft lamp for each pixel, texel or vertex; more give smoother shadows", low=1, high=4096
+        32,
+        "Samples of each soft lamp for each pixel, texel or vertex; more give smoother shadows and take longer",
+        low=1,
+        high=4096,
     )
     shadow_map_resolution: int = setting(
         0,
@@ -93,7 +102,8 @@ class Settings:
     )
     density: float = setting(
         0.0,
-        "Lightmaps: texels per metre of surface; 0 makes them as many as the resolution gives",
+        "Lightmaps: texels per metre of surface; 0 makes them as many as the resolution gives; memory and time "
+        "grow with its square",
         low=0.0,
         high=1e5,
         unit="texels/m",
@@ -137,13 +147,16 @@ class Settings:
         unit="texels",
     )
     antialias: int = setting(
-        2, "Points seen per pixel along each axis in a camera image; smooths silhouettes", low=1, high=8
+        2,
+        "Points seen per pixel along each axis in a camera image; smooths silhouettes; memory grows with its square",
+        low=1,
+        high=8,
     )
 
     glossy: bool = setting(
         False,
         "Camera image: also what glossy surfaces reflect to the camera, as layers of its own, found by rays with every "
-        "technique; for Glossy and Principled BSDFs",
+        "technique, which takes longer; for Glossy and Principled BSDFs",
     )
     memory: int = setting(
         1024,

@@ -41,6 +41,7 @@ class Technique:
     medium: (tracer, camera, subpixels, rows, emitted, settings); see `lpv.scattering`. None where it knows of none.
     radiance: (tracer, surfels, emitted, settings); reflected light around points as harmonics of radiance (n, k, 3),
         for glossy surfaces. None where it knows of none.
+    stage: name of what `emit` does, by which most of it takes its time.
     in_passes: whether under given settings it takes samples, so that passes of some of them add up.
     noisy: whether under given settings its light has noise that the bake is to take out.
     """
@@ -50,6 +51,7 @@ class Technique:
     indirect: Callable[..., Iterator[float]]
     medium: Callable[..., Iterator[float]] | None = None
     radiance: Callable[..., np.ndarray] | None = None
+    stage: str = "maps"
     in_passes: Callable[[Settings], bool] = lambda settings: False
     noisy: Callable[[Settings], bool] = lambda settings: True
 
@@ -67,12 +69,14 @@ METHODS = {
         lambda tracer, surfels, volume, settings, samples: lpv.indirect(tracer, surfels, volume, settings),
         medium=lpv.scattered,
         radiance=lpv.radiance,
+        stage="propagation",
         noisy=lambda settings: False,
     ),
     "ssgi": Technique(
         SsgiSettings,
         lambda tracer, asked, settings: ssgi.views(tracer, asked.cameras, settings, asked.history, asked.shown),
         ssgi.indirect,
+        stage="screen",
         # It takes its noise out itself, but where Open Image Denoise is asked for.
         noisy=lambda settings: settings.denoise == "oidn",
     ),

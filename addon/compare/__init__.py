@@ -17,6 +17,7 @@ from ...gi_core.tiles import relayed, whole, within
 from ..read.box import box_corners
 from ..result import Result
 from ..sentence import Sentence
+from ..write import hookup
 from ..write.attributes import loops_of
 from ..write.images import file_stem
 from . import curves as over_time
@@ -80,10 +81,8 @@ def compare_in_steps(
     if job.target != "image" and not names:
         raise RuntimeError("Cycles bakes meshes only: convert what is baked to one, or add meshes")
     box = dark_box(dark, scene) if dark else None
-    found = yield from _staged(
-        "cycles", 0, _CYCLES,
-        truth_in_steps(scene, view_layer, job, _size(result), maps(result, names), samples, folder, go),
-    )  # fmt: skip
+    work = truth_in_steps(scene, view_layer, job, _size(result), maps(result, names), samples, folder, go)
+    found = yield from _staged("cycles", 0, _CYCLES, hookup.unseen_by(work))
     title = f"GI Bake and Cycles: {Path(bpy.data.filepath).stem or scene.name}"
     told = f"{Path(bpy.data.filepath).name}, {scene.name}, frame {scene.frame_current}"
     layer = view_layer.name
@@ -97,7 +96,8 @@ def compare_in_steps(
     if curves:
         yield _CYCLES, "cycles"
         indirect = next(s for s in subjects if s.kind == "indirect")
-        rows = over_time.curves(scene, view_layer, results, indirect.reference, indirect.mask)
+        with hookup.muted():
+            rows = over_time.curves(scene, view_layer, results, indirect.reference, indirect.mask)
         ratios = over_time.against_cycles(rows, indirect.floor["relmse"])
     techniques = {
         label: {

@@ -51,7 +51,7 @@ class GI_OT_bake(Modal, Operator):
     )
     folder: StringProperty(
         name="Output Folder", description="Folder for files; empty takes the scene's", subtype="DIR_PATH",
-        options={"SKIP_SAVE"},
+        options={"SKIP_SAVE", "PATH_SUPPORTS_BLEND_RELATIVE"},
     )  # fmt: skip
 
     def _begin(self, context, seen):
@@ -71,7 +71,6 @@ class GI_OT_bake(Modal, Operator):
         # A scene may be undone, renamed or gone when the bake ends.
         self._names, self._begun = (scene.name, view_layer.name), time.perf_counter()
         self._work = timing.work(scene, view_layer)
-        seen = seen if self._job.target in {"image", "lightmap"} else None
         return bake(scene, view_layer, self._job, folder if wanted else None, seen)
 
     def _no_objects(self, scene, view_layer, objects) -> None:

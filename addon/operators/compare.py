@@ -33,7 +33,8 @@ class GI_OT_compare(Modal, Operator):
     )  # fmt: skip
     folder: StringProperty(
         name="Folder", description="Folder for report.html and the pictures; empty takes the output folder, or the "
-        "cache folder where the .blend is not saved", subtype="DIR_PATH", options={"SKIP_SAVE"},
+        "cache folder where the .blend is not saved", subtype="DIR_PATH",
+        options={"SKIP_SAVE", "PATH_SUPPORTS_BLEND_RELATIVE"},
     )  # fmt: skip
 
     @classmethod
@@ -93,7 +94,7 @@ class GI_OT_compare(Modal, Operator):
 def _compared(result, scene, view_layer, samples, folder):
     """A comparison and the files of its pictures; a generator of (fraction, stage)."""
     report = yield from compare_in_steps(result, scene, view_layer, samples, folder, go=reference.GO)
-    return report, baked.layered(report.subjects, folder)
+    return report, baked.pictured(report.subjects, folder)
 
 
 classes = (GI_OT_compare,)

@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What is done with a result: shown, connected to materials, taken away."""
 
+import json
+
 import bpy
 from bpy.app.translations import pgettext_rpt as rpt_
 from bpy.props import BoolProperty, EnumProperty
@@ -9,7 +11,9 @@ from bpy.types import Operator
 
 from .. import baked, preview
 from ..redraw import redraw
+from ..sentence import translated
 from ..write import hookup
+from ..write.attributes import ATTRIBUTE, CORNERS
 from .poll import busy
 
 
@@ -49,7 +53,11 @@ class GI_OT_apply(Operator):
         return True
 
     def execute(self, context):
-        names = hookup.apply(context.scene, self.gltf)
+        try:
+            names = hookup.apply(context.scene, self.gltf, line_of(context).target == "VERTICES")
+        except hookup.HookupError as error:
+            self.report({"ERROR"}, translated(error.args[0], rpt_))
+            return {"CANCELLED"}
         self.report({"INFO"}, rpt_("Applied to {:d} materials").format(len(names)))
         return {"FINISHED"}
 
@@ -73,17 +81,19 @@ class GI_OT_remove(Operator):
 
 
 class GI_OT_show(Operator):
-    """Show the result in an Image Editor, in a new window where none is free"""
+    """Show the result in an Image Editor, in a new window where none is free; light at vertices in the 3D views, as the colour of solid shading"""  # noqa: E501
 
     bl_idname = "gi.show"
     bl_label = "Show"
     bl_options = {"INTERNAL"}
 
     which: EnumProperty(
-        name="Which", description="Images to go through: each call shows the next one", default="RESULT",
+        name="Which", description="What to show; asked for again, it is the next image", default="RESULT",
         items=(
             ("RESULT", "Result", "What was baked"),
-            ("COMPARISON", "Comparison", "Ours, Cycles and their difference, as layers of one image"),
+            ("BAKED", "Baked", "The light that was compared, as it was baked"),
+            ("CYCLES", "Cycles", "The same light by Cycles"),
+            ("DIFFERENCE", "Difference", "Where the bake is too bright (red) and too dark (blue)"),
         ), options={"SKIP_SAVE"},
     )  # fmt: skip
 
@@ -91,26 +101,54 @@ class GI_OT_show(Operator):
     def poll(cls, context):
         if no_line(cls, context):
             return False
-        if not line_of(context).images:
-            cls.poll_message_set("This result is in the meshes or a volume and has no image")
+        if line_of(context).target == "VOLUME":
+            cls.poll_message_set("This result is an object, which the 3D view shows")
             return False
         return True
 
     def execute(self, context):
         line = line_of(context)
-        parts = line.images if self.which == "RESULT" else line.comparisons
-        images = [part.image for part in parts if part.image]
-        if not images:
+        if line.target == "VERTICES" and self.which == "RESULT":
+            return self._in_3d_views(context, json.loads(line.objects))
+        image = _following(line, self.which)
+        if image is None:
             self.report({"WARNING"}, "The images are no longer there")
             return {"CANCELLED"}
-        shown = next((space.image for space in preview.editors() if space.image in images), None)
-        image = images[(images.index(shown) + 1) % len(images)] if shown else images[0]
         if not preview.show(image) and not bpy.app.background:
             bpy.ops.wm.window_new()
             area = context.window_manager.windows[-1].screen.areas[0]
             area.ui_type = "IMAGE_EDITOR"
             area.spaces.active.image = image
         return {"FINISHED"}
+
+    def _in_3d_views(self, context, names):
+        meshes = [context.scene.objects[name].data for name in names if name in context.scene.objects]
+        every = [layer for mesh in meshes for layer in mesh.color_attributes]
+        light = [layer for layer in every if layer.name in (ATTRIBUTE, CORNERS)]
+        for layer in light:
+            layer.id_data.color_attributes.active_color = layer
+        if not light:
+            self.report({"WARNING"}, "The light is no longer there")
+            return {"CANCELLED"}
+        for window in context.window_manager.windows:
+            for area in window.screen.areas:
+                if area.type == "VIEW_3D":
+                    shading = area.spaces.active.shading
+                    shading.type, shading.light, shading.color_type = "SOLID", "FLAT", "VERTEX"
+        return {"FINISHED"}
+
+
+def _following(line, which: str) -> bpy.types.Image | None:
+    """The image to show: after the one that is shown, or of a comparison the same part in another layer."""
+    groups = {"RESULT": [part.image for part in line.images]}
+    for part in line.comparisons:
+        groups.setdefault(part.name, []).append(part.image)
+    images = groups.get(which, [])
+    there = {space.image for space in preview.editors()} - {None}
+    others = [k for name in baked.LAYERS for k, image in enumerate(groups.get(name, [])) if image in there]
+    own = [k for k, image in enumerate(images) if image in there]
+    first = own[0] + 1 if own else others[0] if others and which != "RESULT" else 0
+    return next((image for image in images[first:] + images[:first] if image), None)
 
 
 classes = (GI_OT_apply, GI_OT_remove, GI_OT_show)

@@ -8,6 +8,7 @@ import bpy
 import numpy as np
 
 from ..sentence import Sentence, said
+from ..write.placement import shows_light
 from .images import ImageReader
 
 
@@ -90,7 +91,7 @@ def output_feed(tree: bpy.types.NodeTree, type: str, name: str) -> Feed | None:
 
 
 def feed(socket: bpy.types.NodeSocket, groups: tuple[bpy.types.Node, ...] = ()) -> Feed:
-    """The `Feed` of an input socket, through reroutes, node groups and muted nodes."""
+    """The `Feed` of an input socket, through reroutes, node groups and muted nodes, and past what shows baked light."""
     while True:
         link = next((link for link in socket.links if link.is_valid and not link.is_muted), None)
         if link is None:
@@ -103,6 +104,8 @@ def feed(socket: bpy.types.NodeSocket, groups: tuple[bpy.types.Node, ...] = ()) 
             socket = inner.from_socket
         elif node.type == "REROUTE":
             socket = node.inputs[0]
+        elif shows_light(node):
+            socket = node.inputs["Shader"]
         elif node.type == "GROUP" and node.node_tree:
             output = next((n for n in node.node_tree.nodes if n.type == "GROUP_OUTPUT" and n.is_active_output), None)
             if output is None:

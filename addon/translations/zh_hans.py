@@ -2,6 +2,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Simplified Chinese."""
 
+from ..rna import CONTEXT
+
 # fmt: off
 # ruff: noqa: E501
 _TEXTS = {
@@ -68,6 +70,12 @@ _TEXTS = {
     "Starting": "开始",
     "Reading the scene": "读取场景",
     "Building ray trees": "构建光线加速结构",
+    "Propagating light": "传播光线",
+    "Screen passes": "屏幕空间各遍",
+    "Stills, lightmaps: equals Cycles as samples grow": "适用于静帧和光照贴图：采样数越多越接近 Cycles",
+    "Smooth without noise, also for what moves later": "平滑无噪点，也适用于之后会移动的物体",
+    "Camera images and animations, as in game engines": "适用于摄像机图像和动画，与游戏引擎相同",
+    "Presets": "预设",
     "Light from lamps": "灯光照射",
     "Finding points": "查找采样点",
     "Direct light": "直接光",
@@ -80,7 +88,6 @@ _TEXTS = {
     "Cycles has no volume of light to compare with: bake another target": "Cycles 没有可供对比的光照体积：请烘焙其他目标",
     "The light itself is no longer in memory: bake again, then compare": "光照数据已不在内存中：请重新烘焙后再对比",
     "Only lightmaps and light at vertices can be applied to materials": "只有光照贴图和顶点光照可以应用到材质",
-    "This result is in the meshes or a volume and has no image": "此结果保存在网格或体积中，没有图像",
     "The images are no longer there": "图像已不存在",
     "The cache folder is empty": "缓存文件夹为空",
     "The objects are not in this view layer": "这些物体不在此视图层中",
@@ -92,7 +99,7 @@ _TEXTS = {
     "Render with Cycles what was baked and measure how far apart they are; takes as long as Cycles takes": "用 Cycles 渲染烘焙内容并测量差距；用时取决于 Cycles",
     "Connect the baked light to the materials, so that every renderer shows it; Remove takes it out again": "将烘焙的光照连接到材质，使所有渲染器都能显示；“移除”可撤出",
     "Take the result out of the materials and out of the file; files in folders stay": "从材质和文件中移除结果；文件夹中的文件保留",
-    "Show the result in an Image Editor, in a new window where none is free": "在图像编辑器中显示结果；没有空闲编辑器时打开新窗口",
+    "Show the result in an Image Editor, in a new window where none is free; light at vertices in the 3D views, as the colour of solid shading": "在图像编辑器中显示结果；没有空闲编辑器时打开新窗口；顶点光照则作为实体着色的颜色显示在 3D 视图中",
     "Delete what is kept: baked materials, comparisons of files that are not saved, and timings": "删除缓存内容：已烘焙的材质、未保存文件的对比和用时记录",
     "Give each object a UV map for its lightmap, without overlaps; other UV maps stay as they are": "为每个物体创建无重叠的光照贴图 UV；其他 UV 贴图保持不变",
     "Let the objects render, and the collections and view layers that they are in": "使物体及其所在的集合和视图层参与渲染",
@@ -113,10 +120,22 @@ _TEXTS = {
     "Folder for report.html and the pictures; empty takes the output folder, or the cache folder where the .blend is not saved": "report.html 和图片的文件夹；留空使用输出文件夹，.blend 未保存时使用缓存文件夹",
     "Names of the objects, with commas between; empty takes all that get light": "物体名称，用逗号分隔；留空表示所有接收光照的物体",
     "Which": "哪一个",
-    "Images to go through: each call shows the next one": "要浏览的图像：每次调用显示下一张",
+    "This result is an object, which the 3D view shows": "此结果是一个物体，由 3D 视图显示",
+    "What to show; asked for again, it is the next image": "要显示的内容；再次调用显示下一张图像",
+    "Baked": "烘焙",
+    "Cycles": "Cycles",
+    "Difference": "差异",
+    "The light that was compared, as it was baked": "所对比的光照，即烘焙结果",
+    "The same light by Cycles": "由 Cycles 得到的相同光照",
+    "Where the bake is too bright (red) and too dark (blue)": "烘焙过亮（红）与过暗（蓝）之处",
+    "What was compared: as it was baked, by Cycles, and the difference": "所对比的内容：烘焙结果、Cycles 结果及其差异",
+    "The light is no longer there": "光照已不存在",
+    "no object of scene '{scene}' has a lightmap or light at its vertices: bake to lightmaps first, or to vertices": "场景“{scene}”中没有带光照贴图或顶点光照的物体：请先烘焙光照贴图或顶点光照",
+    "glTF takes lightmaps only: bake to lightmaps first": "glTF 只能使用光照贴图：请先烘焙光照贴图",
+    "objects with the material '{material}' lie on {count} lightmaps, and a material can show {most}: bake with the setting atlas=all": "使用材质“{material}”的物体分布在 {count} 张光照贴图上，而一个材质最多显示 {most} 张：请将“图集”设为“全部”后烘焙",
+    "objects with the material '{material}' hold different light: bake them alike": "使用材质“{material}”的物体保存的光照类型不同：请以相同设置烘焙",
     "Result": "结果",
     "What was baked": "烘焙的内容",
-    "Ours, Cycles and their difference, as layers of one image": "GI 烘焙、Cycles 及其差异，作为同一图像的图层",
     # Techniques and targets
     "Technique": "技术",
     "How reflected light is found": "计算反射光的方法",
@@ -192,7 +211,6 @@ _TEXTS = {
     "Image": "图像",
     "Image that holds a part of the result": "保存结果一部分的图像",
     "Comparisons": "对比",
-    "Images with the layers Baked, Cycles and Difference": "包含 Baked、Cycles 和 Difference 图层的图像",
     "Names of the objects that got light at vertices or are the volume, as a JSON list": "接收顶点光照或作为体积的物体名称，JSON 列表",
     # Preferences
     "Device": "设备",
@@ -215,9 +233,9 @@ _TEXTS = {
     "Time Limit": "时间限制",
     "Ends before all samples are taken after so long, points and maps not counted; 0 takes all samples": "经过此时间即提前结束，不计采样点和贴图的时间；0 表示完成全部采样",
     "Bounces": "反弹",
-    "How often light is reflected before it arrives; 1 is the first bounce": "光线到达前的反射次数；1 表示首次反弹",
+    "How often light is reflected before it arrives; 1 is the first bounce, more brighten what lamps do not reach and take longer": "光线到达前的反射次数；1 表示首次反弹，更多次数会照亮灯光照不到的地方，用时也更长",
     "Light Samples": "灯光采样",
-    "Samples of each soft lamp for each pixel, texel or vertex; more give smoother shadows": "每像素、纹素或顶点对每盏柔光灯的采样数；越多阴影越平滑",
+    "Samples of each soft lamp for each pixel, texel or vertex; more give smoother shadows and take longer": "每像素、纹素或顶点对每盏柔光灯的采样数；越多阴影越平滑，用时越长",
     "Shadow Map Resolution": "阴影贴图分辨率",
     "Shadows of lamps in direct light by maps of so many texels along their side, one for each sample of a lamp: for graphics cards; edges are off by a texel or two. 0 finds them by rays, which is exact": "直接光中灯光的阴影使用边长为此纹素数的贴图，每盏灯的每个采样一张：适用于显卡；阴影边缘有一两个纹素的偏差。0 表示用光线求阴影，结果精确",
     "Seed": "种子",
@@ -240,14 +258,14 @@ _TEXTS = {
     "Margin": "边距",
     "Texels by which a lightmap's islands grow, so that filtering finds no black there": "光照贴图孤岛向外扩展的纹素数，使过滤时不会取到黑色",
     "Antialias": "抗锯齿",
-    "Points seen per pixel along each axis in a camera image; smooths silhouettes": "摄像机图像中每像素沿各轴的采样点数；使轮廓平滑",
+    "Points seen per pixel along each axis in a camera image; smooths silhouettes; memory grows with its square": "摄像机图像中每像素沿各轴的采样点数；使轮廓平滑；内存随其平方增长",
     "Glossy": "光泽",
-    "Camera image: also what glossy surfaces reflect to the camera, as layers of its own, found by rays with every technique; for Glossy and Principled BSDFs": "摄像机图像：同时计算光泽表面反射到摄像机的光，作为单独图层，各技术均用光线求得；适用于光泽和原理化 BSDF",
+    "Camera image: also what glossy surfaces reflect to the camera, as layers of its own, found by rays with every technique, which takes longer; for Glossy and Principled BSDFs": "摄像机图像：同时计算光泽表面反射到摄像机的光，作为单独图层，各技术均用光线求得，用时更长；适用于光泽和原理化 BSDF",
     "Memory (MB)": "内存（MB）",
     "Memory that the points being worked on may take; bigger bakes are cut into tiles, which never changes the result": "处理中的采样点可占用的内存；较大的烘焙会分块，不影响结果",
     # RSM
     "Map Resolution": "贴图分辨率",
-    "Side of a lamp's map; a lamp with several maps shares as many texels among them": "灯光贴图的边长；有多张贴图的灯光共享同样多的纹素",
+    "Side of a lamp's map; a lamp with several maps shares as many texels among them. Larger ones know smaller patches of light; memory and time for maps grow with its square": "灯光贴图的边长；有多张贴图的灯光共享同样多的纹素。越大越能分辨小块的受光面；贴图的内存和用时随其平方增长",
     "Pattern": "图案",
     "Which texels a point gathers from: drawn by their flux (least noise), a disk around its own place in the map (as published), or all of them (reference, slow)": "采样点收集的纹素：按光通量抽取（噪点最少）、其在贴图中位置周围的圆盘（如论文）或全部（参考，较慢）",
     "Flux": "光通量",
@@ -276,8 +294,8 @@ _TEXTS = {
     "Interpolation": "插值",
     "Gathers at every so many-th pixel or texel along each axis, mixes between them on even surfaces, and gathers fully at edges; 1 gathers everywhere": "沿各轴每隔若干像素或纹素收集，在平整表面上插值，在边缘处完整收集；1 表示处处收集",
     # LPV
-    "Side of a lamp's map, whose texels are injected": "灯光贴图的边长，其纹素被注入",
-    "Cells along the longest side of each cascade": "每级网格最长边的单元数",
+    "Side of a lamp's map, whose texels are injected; time for maps grows with its square": "灯光贴图的边长，其纹素被注入；贴图用时随其平方增长",
+    "Cells along the longest side of each cascade; finer ones keep light apart that lies near, memory and time grow with their cube": "每级网格最长边的单元数；越细越能区分相近处的光照，内存和用时随其立方增长",
     "Cascades": "级联",
     "Grids one in another; the largest holds the whole scene, or the box where one is given": "逐级嵌套的网格；最大的包含整个场景或指定的盒子",
     "Cascade Ratio": "级联比",
@@ -349,13 +367,13 @@ _TEXTS = {
     "Medium": "中",
     "High": "高",
     "Steps": "步数",
-    "Steps of a ray on the screen, or of a scan to either side": "屏幕光线的步数，或扫描每侧的步数",
+    "Steps of a ray on the screen, or of a scan to either side; more find what is thin and take longer": "屏幕光线的步数，或扫描每侧的步数；越多越能找到细薄的物体，用时越长",
     "Mixed Steps": "混合步数",
     "Steps of a ray on the screen in mode mixed, before the scene": "混合模式下进入场景前屏幕光线的步数",
     "Thickness": "厚度",
     "How far what is seen reaches back, as a share of its distance from the camera": "可见物向后延伸的厚度，占其到摄像机距离的比例",
     "Full Resolution": "全分辨率",
-    "Traces at every pixel; off, at one of four, and filters up": "逐像素追踪；关闭时每四个像素追踪一个并放大",
+    "Traces at every pixel; off, at one of four, and filters up: softer, in about a third of the time": "逐像素追踪；关闭时每四个像素追踪一个并放大：更柔和，用时约为三分之一",
     "Frames": "遍数",
     "Passes over each picture; they share out its samples, and each starts from what those before it found": "每幅画面的遍数；它们分摊采样，每遍从之前的结果开始",
     "Fallback": "后备",
@@ -484,7 +502,7 @@ _TEXTS = {
     "Lightmaps: also writes baked.glb, the objects with their colour times the light, unlit, for any viewer": "光照贴图：同时写出 baked.glb，物体颜色已乘以光照，无光照材质，可在任何查看器中显示",
     "Lightmaps: makes the light on both sides of each seam of the UV map agree": "光照贴图：使 UV 接缝两侧的光照一致",
     "Lightmaps: one image for each object, for each collection, or one for all": "光照贴图：每个物体一张图像、每个集合一张，或全部共用一张",
-    "Lightmaps: texels per metre of surface; 0 makes them as many as the resolution gives": "光照贴图：每米表面的纹素数；0 表示由分辨率决定",
+    "Lightmaps: texels per metre of surface; 0 makes them as many as the resolution gives; memory and time grow with its square": "光照贴图：每米表面的纹素数；0 表示由分辨率决定；内存和用时随其平方增长",
     "Name of a lightmap that the object shares with others of the same group; empty for what the scene says": "该物体与同组其他物体共用的光照贴图名称；留空则按场景设置",
     "Points in the medium that each subpixel's ray looks at": "每条子像素光线在介质中查看的点数",
     "Share of the light that the medium stops which it scatters": "被介质拦下的光中散射出去的比例",
@@ -651,5 +669,5 @@ _TEXTS = {
 }
 # fmt: on
 
-# Blender looks for the labels of operators in a context of their own.
-ZH_HANS = {(context, text): other for text, other in _TEXTS.items() for context in ("*", "Operator")}
+# Blender looks for the labels of operators in a context of their own, and so do settings' names.
+ZH_HANS = {(context, text): other for text, other in _TEXTS.items() for context in ("*", "Operator", CONTEXT)}

@@ -5,6 +5,7 @@
 from bpy.app.translations import pgettext_iface as iface_
 from bpy.types import Panel
 
+from ..presets import PANELS as PRESETS
 from ..session import session
 from .findings import by_code, finding_box
 from .panel import RenderPanel
@@ -14,7 +15,8 @@ from .words import duration, wrapped
 # What a bake is doing, for people.
 STAGES = {
     "": "Starting", "read": "Reading the scene", "checks": "Looking for mistakes", "trees": "Building ray trees",
-    "maps": "Light from lamps", "points": "Finding points", "lamps": "Direct light", "gather": "Reflected light",
+    "maps": "Light from lamps", "propagation": "Propagating light", "screen": "Screen passes",
+    "points": "Finding points", "lamps": "Direct light", "gather": "Reflected light",
     "denoise": "Filtering", "oidn": "Open Image Denoise", "gloss": "Reflections", "medium": "Fog",
     "unwrap": "Making UV maps", "overlaps": "Looking at UV maps", "materials": "Baking materials",
     "layout": "Laying out lightmaps", "signatures": "Laying out lightmaps", "borders": "Seams and borders",
@@ -35,7 +37,18 @@ class GI_PT_main(RenderPanel, Panel):
         if group.target in {"LIGHTMAP", "VERTICES"}:
             prop(column, group, "scope", context)
             prop(column, group, "light", context)
+        if group.target == "VERTICES":
+            prop(column, group, "domain", context)
+        _quality(column, group)
         buttons(self.layout.column(), context)
+
+
+def _quality(column, group):
+    split = column.split(factor=0.4)
+    row = split.row()
+    row.alignment = "RIGHT"
+    row.label(text="Quality")
+    split.popover(panel=PRESETS[group.method.lower()].__name__, text="Presets", icon="PRESET")
 
 
 def _resolution(column, group, context):

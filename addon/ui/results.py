@@ -2,9 +2,12 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """What was baked."""
 
+import bpy
 from bpy.app.translations import pgettext_iface as iface_
 from bpy.types import Panel, UIList
 
+from .. import preview
+from ..baked import LAYERS
 from .panel import RenderPanel
 from .settings import prop
 from .words import duration, short
@@ -43,8 +46,11 @@ class GI_PT_results(RenderPanel, Panel):
             return
         line = group.results[group.active_result]
         column = layout.column(align=True)
-        known = {"Technique": iface_(_enum_name(line, "method")), "Target": iface_(_enum_name(line, "target")),
-                 "Resolution": line.size, "Time": duration(line.seconds)}  # fmt: skip
+        known = {
+            "Technique": iface_(_enum_name(line, "method")), "Target": iface_(_enum_name(line, "target")),
+            {"VERTICES": "Vertices", "VOLUME": "Cells"}.get(line.target, "Resolution"): line.size,
+            "Time": duration(line.seconds),
+        }  # fmt: skip
         if line.compared:
             known |= {"relMSE": f"{line.error:.5f}", "Bias": f"{line.bias:+.2%}"}
         for name, text in known.items():
@@ -56,7 +62,7 @@ class GI_PT_results(RenderPanel, Panel):
         row = layout.row(align=True)
         row.operator("gi.show", text="Show", icon="IMAGE_DATA").which = "RESULT"
         if line.folder:
-            row.operator("wm.path_open", text="Folder", icon="FILE_FOLDER").filepath = line.folder
+            row.operator("wm.path_open", text="Folder", icon="FILE_FOLDER").filepath = bpy.path.abspath(line.folder)
         row = layout.row(align=True)
         row.operator("gi.apply", text="Apply", icon="MATERIAL")
         row.operator("gi.remove", icon="TRASH")
@@ -64,10 +70,17 @@ class GI_PT_results(RenderPanel, Panel):
         prop(column, group, "reference_samples", context)
         column.operator("gi.compare")
         if line.compared:
-            row = layout.row(align=True)
             if line.comparisons:
-                row.operator("gi.show", text="Comparison", icon="IMAGE_RGB").which = "COMPARISON"
-            row.operator("wm.path_open", text="Report", icon="URL").filepath = line.report
+                self._layers(line, column)
+            column.operator("wm.path_open", text="Report", icon="URL").filepath = bpy.path.abspath(line.report)
+
+    def _layers(self, line, column):
+        """A button for each layer of a comparison; the one that is shown is held down."""
+        shown = {space.image for space in preview.editors()}
+        row = column.row(align=True)
+        for layer, name in LAYERS.items():
+            down = any(part.name == layer and part.image in shown for part in line.comparisons)
+            row.operator("gi.show", text=name, depress=down).which = layer
 
 
 def _enum_name(item, name: str) -> str:

@@ -10,12 +10,15 @@ from bpy.app.translations import pgettext_iface as iface_
 
 # When a setting has an effect; the others always have one.
 _USED: dict[str, Callable[[bpy.types.PropertyGroup, bpy.types.PropertyGroup], bool]] = {
-    "denoise_passes": lambda shared, own: shared.denoise in {"AUTO", "BILATERAL"},
+    "denoise": lambda shared, own: shared.target in {"IMAGE", "LIGHTMAP"},
+    "denoise_passes": lambda shared, own: (
+        shared.target in {"IMAGE", "LIGHTMAP"} and shared.denoise in {"AUTO", "BILATERAL"}
+    ),
     "weighting": lambda shared, own: getattr(own, "pattern", "DISK") == "DISK",
     "disk_radius": lambda shared, own: own.pattern == "DISK",
     "pattern_per_point": lambda shared, own: own.pattern != "ALL",
     "candidates": lambda shared, own: own.pattern == "FLUX",
-    "interpolation": lambda shared, own: shared.target == "IMAGE",
+    "interpolation": lambda shared, own: shared.target in {"IMAGE", "LIGHTMAP"},
     "reach": lambda shared, own: own.propagation == "HIERARCHICAL",
     **dict.fromkeys(
         (
@@ -35,8 +38,9 @@ _USED: dict[str, Callable[[bpy.types.PropertyGroup, bpy.types.PropertyGroup], bo
     "fallback": lambda shared, own: own.mode == "SCREEN_SPACE",
     "cameras": lambda shared, own: shared.target != "IMAGE",
     "debug": lambda shared, own: shared.target == "IMAGE",
-    "domain": lambda shared, own: shared.target == "VERTICES",
-    "exposure": lambda shared, own: shared.encoding == "SRGB",
+    "unwrap": lambda shared, own: not shared.uv,
+    **dict.fromkeys(("exr", "encoding", "gltf"), lambda shared, own: shared.keep == "FILES"),
+    "exposure": lambda shared, own: shared.keep == "FILES" and shared.encoding == "SRGB",
     "glossy_lookup": lambda shared, own: shared.target == "IMAGE" and shared.glossy,
     "fog_density": lambda shared, own: shared.target == "IMAGE",
     **dict.fromkeys(
@@ -52,11 +56,11 @@ def prop(column, holder, name: str, context) -> None:
     scale = context.preferences.system.ui_scale
     room = context.region.width - 80 * scale
     blf.size(0, 11 * scale)
-    width = blf.dimensions(0, iface_(kind.name))[0]
+    width = blf.dimensions(0, iface_(kind.name, kind.translation_context))[0]
     if width < (0.6 * room - 15 * scale if kind.type == "BOOLEAN" else 0.4 * room):
         column.prop(holder, name)
     elif kind.type in {"STRING", "ENUM"}:
-        column.label(text=kind.name)
+        column.label(text=kind.name, text_ctxt=kind.translation_context)
         column.prop(holder, name, text="")
     else:
         row = column.row()

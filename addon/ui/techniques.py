@@ -10,11 +10,17 @@ from bpy.types import Panel
 from ...gi_core.settings import Settings
 from ...gi_core.techniques import METHODS
 from ..presets import PANELS as PRESETS
-from ..properties import METHODS as DESCRIBED
 from ..rna import own_fields
 from .panel import RenderPanel
 from .settings import settings
 from .words import wrapped
+
+# What a technique is called, and what it is for, in a line; its tooltip says more.
+_TITLES = {
+    "RSM": ("Reflective Shadow Maps", "Stills, lightmaps: equals Cycles as samples grow"),
+    "LPV": ("Light Propagation Volumes", "Smooth without noise, also for what moves later"),
+    "SSGI": ("Screen-Space GI", "Camera images and animations, as in game engines"),
+}
 
 # What matters of a technique, in the order in which an artist turns to it. All else is advanced.
 MAIN = {
@@ -42,7 +48,7 @@ LIGHTMAPS = (
 
 
 # Shared settings that are shown elsewhere or that a technique has no use for.
-_ELSEWHERE = {"device", "memory", "light", "antialias", "glossy", *LIGHTMAPS}
+_ELSEWHERE = {"device", "memory", "light", "domain", "antialias", "glossy", *LIGHTMAPS}
 
 
 class GI_PT_lightmaps(RenderPanel, Panel):
@@ -60,64 +66,42 @@ class GI_PT_lightmaps(RenderPanel, Panel):
         settings(self.split(), group, group.method.lower(), LIGHTMAPS, context)
 
 
-class _Technique(RenderPanel):
-    """A technique's settings: those that matter; `_Advanced` has the rest."""
+class GI_PT_technique(RenderPanel, Panel):
+    """The chosen technique's settings that matter.
 
-    method = ""
+    One panel for all techniques: where one takes another's place and is as high, Blender leaves it out.
+    """
 
-    @classmethod
-    def poll(cls, context):
-        return context.scene.gi_bake.method == cls.method
+    bl_idname = "GI_PT_technique"
+    bl_label = ""
+    bl_parent_id = "GI_PT_main"
+
+    def draw_header(self, context):
+        self.layout.label(text=_TITLES[context.scene.gi_bake.method][0])
 
     def draw_header_preset(self, context):
-        PRESETS[self.method.lower()].draw_panel_header(self.layout)
+        PRESETS[context.scene.gi_bake.method.lower()].draw_panel_header(self.layout)
 
     def draw(self, context):
-        wrapped(self.layout, iface_(next(text for name, _, text, _ in DESCRIBED if name == self.method)), context)
-        settings(self.split(), context.scene.gi_bake, self.method.lower(), MAIN[self.method.lower()], context)
+        group = context.scene.gi_bake
+        wrapped(self.layout, iface_(_TITLES[group.method][1]), context)
+        settings(self.split(), group, group.method.lower(), MAIN[group.method.lower()], context)
 
 
-class _Advanced(RenderPanel):
+class GI_PT_advanced(RenderPanel, Panel):
+    """All its other settings."""
+
+    bl_idname = "GI_PT_advanced"
     bl_label = "Advanced"
+    bl_parent_id = "GI_PT_technique"
     bl_options = {"DEFAULT_CLOSED"}
-    method = ""
 
     def draw(self, context):
-        name = self.method.lower()
+        layout, group = self.split(), context.scene.gi_bake
+        name = group.method.lower()
         own = [f.name for f in own_fields(METHODS[name].settings)]
         shared = [f.name for f in fields(Settings) if f.name not in _ELSEWHERE]
-        layout, group = self.split(), context.scene.gi_bake
-        settings(layout, group, name, [n for n in shared if n not in MAIN[name]], context)
-        settings(layout, group, name, [n for n in own if n not in MAIN[name]], context)
+        settings(layout, group, name, [n for n in (*shared, *own) if n not in MAIN[name]], context)
 
 
-class GI_PT_rsm(_Technique, Panel):
-    bl_idname, bl_parent_id, bl_label = "GI_PT_rsm", "GI_PT_main", "Reflective Shadow Maps"
-    method = "RSM"
-
-
-class GI_PT_rsm_advanced(_Advanced, Panel):
-    bl_idname, bl_parent_id, method = "GI_PT_rsm_advanced", "GI_PT_rsm", "RSM"
-
-
-class GI_PT_lpv(_Technique, Panel):
-    bl_idname, bl_parent_id, bl_label = "GI_PT_lpv", "GI_PT_main", "Light Propagation Volumes"
-    method = "LPV"
-
-
-class GI_PT_lpv_advanced(_Advanced, Panel):
-    bl_idname, bl_parent_id, method = "GI_PT_lpv_advanced", "GI_PT_lpv", "LPV"
-
-
-class GI_PT_ssgi(_Technique, Panel):
-    bl_idname, bl_parent_id, bl_label = "GI_PT_ssgi", "GI_PT_main", "Screen-Space GI"
-    method = "SSGI"
-
-
-class GI_PT_ssgi_advanced(_Advanced, Panel):
-    bl_idname, bl_parent_id, method = "GI_PT_ssgi_advanced", "GI_PT_ssgi", "SSGI"
-
-
-PANELS = (
-    GI_PT_lightmaps, GI_PT_rsm, GI_PT_rsm_advanced, GI_PT_lpv, GI_PT_lpv_advanced, GI_PT_ssgi, GI_PT_ssgi_advanced,
-)  # fmt: skip
+PANELS = (GI_PT_lightmaps, GI_PT_technique, GI_PT_advanced)

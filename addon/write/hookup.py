@@ -1,28 +1,36 @@
 # SPDX-FileCopyrightText: 2026 GI Bake authors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Baked lightmaps shown by the materials that are there, and taken out again.
+"""Baked light shown by the materials that are there, and taken out again.
 
 Behind each diffuse BSDF comes a node group that puts the baked light over it, or adds it: light · colour as emission.
 Where an object lies on its lightmap the group reads from the object (see `placement`), so one material stays one
-material whatever it is on; objects without a lightmap look as before. Works in EEVEE and Cycles.
+material whatever it is on; light at vertices it reads from the mesh's attribute. Objects without either look as before.
+Works in EEVEE and Cycles. Bakes and comparisons see the materials as they are without it.
 """
 
+import contextlib
 import logging
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import bpy
 
+from ..sentence import Sentence
 from . import hookup_gltf, lightmap_uvs
+from .attributes import ATTRIBUTE, CORNERS
 from .images import MARK
-from .placement import LIGHT, PLACE, Placement, forget, placement
+from .placement import LIGHT, PLACE, SCENE, Placement, forget, placement, shows_light
 
 NAME = "GI Lightmap"
 
-# On a node group: the scene whose lightmaps it shows. On an object: which of a group's images is its own, from 1.
-_SCENE, _PAGE = "gi_lightmap_scene", "gi_lightmap_page"
+# On an object: which of a group's sources is its own, from 1.
+_PAGE = "gi_lightmap_page"
 
 # On a mesh: its lightmap UVs are a copy of another map, made here.
 _COPIED = "gi_lightmap_copied"
+
+# Of irradiance to what images hold.
+_OVER_PI = 0.318309886
 
 # Images that one material may choose from: graphics cards have some thirty, and the artist's count too.
 _MOST = 8
@@ -48,31 +56,59 @@ _log = logging.getLogger(__name__)
 
 
 class HookupError(ValueError):
-    """Lightmaps cannot be shown; the message says why and what helps."""
+    """Baked light cannot be shown; the message says why and what helps."""
 
 
-def apply(scene: bpy.types.Scene, gltf: bool = False) -> list[str]:
-    """Makes the scene's materials show its lightmaps; names of the materials. Done before, it is done anew.
+class Vertices(NamedTuple):
+    """Light at vertices. attribute: that it is in. kind: which light it is, as the setting `light` says."""
 
-    gltf: for Blender's glTF exporter too, as occlusion, see `hookup_gltf`.
+    attribute: str
+    kind: str
+
+    @property
+    def name(self) -> str:
+        return f"{self.attribute} {self.kind}"
+
+
+# Where a material may find an object's light.
+Source = bpy.types.Image | Vertices
+
+
+def apply(scene: bpy.types.Scene, gltf: bool = False, vertices: bool = False) -> list[str]:
+    """Makes the scene's materials show its lightmaps and light at vertices; names of the materials. Done before, it is
+    done anew.
+
+    gltf: lightmaps for Blender's glTF exporter too, as occlusion, see `hookup_gltf`. vertices: objects that have both
+    show the light at their vertices.
     Left alone are linked materials, those without nodes and those without a diffuse BSDF.
-    Raises HookupError, before anything changes, where there are no lightmaps, where one material would have to choose
-    from too many images, or where they hold different kinds of light.
+    Raises HookupError, before anything changes, where there is no light, where one material would have to choose from
+    too many images, or where they hold different kinds of light.
     """
     places = {obj: found for obj in scene.objects if (found := placement(obj))}
-    if not places:
-        raise HookupError(f"no object of scene '{scene.name}' has a lightmap: bake to lightmaps first")
-    wanted = _trees(places)
-    for tree, images in wanted.items():
-        if len(images) > _MOST:
-            raise HookupError(
-                f"objects with the material '{tree.name}' lie on {len(images)} lightmaps, and a material can show "
-                f"{_MOST}: bake with the setting atlas=all"
+    lit = {obj: found for obj in scene.objects if (found := vertex_light(obj)) and (vertices or obj not in places)}
+    places = {obj: found for obj, found in places.items() if obj not in lit}
+    sources = {obj: found.image for obj, found in places.items()} | lit
+    if not sources:
+        said = Sentence(
+            "no object of scene '{scene}' has a lightmap or light at its vertices: bake to lightmaps first, or to "
+            "vertices", scene=scene.name,
+        )  # fmt: skip
+        raise HookupError(said)
+    if gltf and not places:
+        raise HookupError(Sentence("glTF takes lightmaps only: bake to lightmaps first"))
+    wanted = _trees(sources)
+    for tree, found in wanted.items():
+        if len(found) > _MOST:
+            said = Sentence(
+                "objects with the material '{material}' lie on {count} lightmaps, and a material can show {most}: bake "
+                "with the setting atlas=all", material=tree.name, count=len(found), most=_MOST,
+            )  # fmt: skip
+            raise HookupError(said)
+        if len({_kind(source) for source in found}) > 1:
+            said = Sentence(
+                "objects with the material '{material}' hold different light: bake them alike", material=tree.name
             )
-        if len({image.get(LIGHT, "combined") for image in images}) > 1:
-            raise HookupError(
-                f"lightmaps of objects with the material '{tree.name}' hold different light: bake them alike"
-            )
+            raise HookupError(said)
     materials: dict[bpy.types.Material, set] = {}
     for obj, found in places.items() if gltf else ():
         for material in _materials(obj):
@@ -85,23 +121,23 @@ def apply(scene: bpy.types.Scene, gltf: bool = False) -> list[str]:
         hookup_gltf.add(scene, places, materials)
     if uv == lightmap_uvs.NAME:
         _copy_uvs(places)
-    number = {image: 1 + k for k, image in enumerate(_pages(places))}
-    for obj, found in places.items():
-        obj[_PAGE] = float(number[found.image])
+    number = {source: 1 + k for k, source in enumerate(_in_order(sources))}
+    for obj, source in sources.items():
+        obj[_PAGE] = float(number[source])
         obj.update_tag()
     groups: dict[tuple[str, ...], bpy.types.NodeTree] = {}
     changed = set()
-    for tree, images in wanted.items():
+    for tree, found in wanted.items():
         nodes = [node for node in tree.nodes if node.type in _INPUTS and node.outputs[0].is_linked]
         if not nodes:
             continue
-        key = tuple(image.name for image in images)
+        key = tuple(source.name for source in found)
         if key not in groups:
-            groups[key] = _group(scene, {number[image]: image for image in images}, uv)
+            groups[key] = _group(scene, {number[source]: source for source in found}, uv)
         for node in nodes:
             _insert(tree, node, groups[key])
         changed.add(tree)
-    return sorted({m.name for obj in places for m in _materials(obj) if changed & set(_nested(m.node_tree))})
+    return sorted({m.name for obj in sources for m in _materials(obj) if changed & set(_nested(m.node_tree))})
 
 
 def remove(scene: bpy.types.Scene) -> list[str]:
@@ -110,7 +146,7 @@ def remove(scene: bpy.types.Scene) -> list[str]:
     What the user changed in between stays: where a group stood, what led into it leads on to where it led.
     """
     hookup_gltf.remove(scene)
-    groups = {g for g in bpy.data.node_groups if _SCENE in g.keys() and g[_SCENE] in (scene, None)}
+    groups = {g for g in bpy.data.node_groups if SCENE in g.keys() and g[SCENE] in (scene, None)}
     changed = set()
     for tree in _every_tree():
         for node in [n for n in tree.nodes if n.type == "GROUP" and n.node_tree in groups]:
@@ -151,9 +187,49 @@ def clear(scene: bpy.types.Scene) -> list[str]:
     return names
 
 
-def _pages(places: dict[bpy.types.Object, Placement]) -> list[bpy.types.Image]:
-    """All images, in the order of their numbers."""
-    return sorted({found.image for found in places.values()}, key=lambda image: image.name)
+@contextlib.contextmanager
+def muted():
+    """Materials as they are without baked light."""
+    nodes = [node for tree in _every_tree() for node in tree.nodes if shows_light(node) and not node.mute]
+    try:
+        for node in nodes:
+            node.mute = True
+        yield
+    finally:
+        for node in nodes:
+            node.mute = False
+
+
+def unseen_by(work: Iterator) -> Iterator:
+    """Work, a generator, whose steps find materials as they are without baked light; between them they show it."""
+    try:
+        while True:
+            with muted():
+                try:
+                    step = next(work)
+                except StopIteration as stop:
+                    return stop.value
+            yield step
+    finally:
+        work.close()
+
+
+def vertex_light(obj: bpy.types.Object) -> Vertices | None:
+    """An object's light at vertices, None where it has none."""
+    if obj.type != "MESH" or LIGHT not in obj.data.keys():
+        return None
+    attribute = next((name for name in (ATTRIBUTE, CORNERS) if name in obj.data.attributes), None)
+    return attribute and Vertices(attribute, obj.data[LIGHT])
+
+
+def _kind(source: Source) -> str:
+    """Which light it is."""
+    return source.kind if isinstance(source, Vertices) else source.get(LIGHT, "combined")
+
+
+def _in_order(sources: dict[bpy.types.Object, Source]) -> list[Source]:
+    """All of them, in the order of their numbers."""
+    return sorted(set(sources.values()), key=lambda source: source.name)
 
 
 def _materials(obj: bpy.types.Object) -> list[bpy.types.Material]:
@@ -170,15 +246,15 @@ def _materials(obj: bpy.types.Object) -> list[bpy.types.Material]:
     return found
 
 
-def _trees(places: dict[bpy.types.Object, Placement]) -> dict[bpy.types.NodeTree, list[bpy.types.Image]]:
-    """The node trees of objects' materials, with the images that they are to show, in the order of their numbers."""
+def _trees(sources: dict[bpy.types.Object, Source]) -> dict[bpy.types.NodeTree, list[Source]]:
+    """The node trees of objects' materials, with what they are to show, in the order of their numbers."""
     shown: dict[bpy.types.NodeTree, set] = {}
-    for obj, found in places.items():
+    for obj, source in sources.items():
         for material in _materials(obj):
             for tree in _nested(material.node_tree):
-                shown.setdefault(tree, set()).add(found.image)
-    order = _pages(places)
-    return {tree: sorted(images, key=order.index) for tree, images in shown.items()}
+                shown.setdefault(tree, set()).add(source)
+    order = _in_order(sources)
+    return {tree: sorted(found, key=order.index) for tree, found in shown.items()}
 
 
 def _nested(tree: bpy.types.NodeTree) -> Iterator[bpy.types.NodeTree]:
@@ -186,7 +262,7 @@ def _nested(tree: bpy.types.NodeTree) -> Iterator[bpy.types.NodeTree]:
     yield tree
     for node in tree.nodes:
         inner = getattr(node, "node_tree", None)
-        if node.type == "GROUP" and inner and inner.library is None and _SCENE not in inner.keys():
+        if node.type == "GROUP" and inner and inner.library is None and SCENE not in inner.keys():
             yield from _nested(inner)
 
 
@@ -255,10 +331,10 @@ def _bypass(tree: bpy.types.NodeTree, node: bpy.types.Node) -> None:
         tree.links.new(source, target)
 
 
-def _group(scene: bpy.types.Scene, pages: dict[int, bpy.types.Image], uv: str) -> bpy.types.NodeTree:
-    """The node group that shows some lightmaps, number -> image."""
+def _group(scene: bpy.types.Scene, sources: dict[int, Source], uv: str) -> bpy.types.NodeTree:
+    """The node group that shows some light, number -> source."""
     tree = bpy.data.node_groups.new(NAME, "ShaderNodeTree")
-    tree[_SCENE] = scene
+    tree[SCENE] = scene
     sockets = tree.interface
     sockets.new_socket("Shader", in_out="OUTPUT", socket_type="NodeSocketShader")
     sockets.new_socket("Shader", in_out="INPUT", socket_type="NodeSocketShader")
@@ -298,10 +374,14 @@ def _group(scene: bpy.types.Scene, pages: dict[int, bpy.types.Image], uv: str) -
     offset = node("ShaderNodeCombineXYZ", 2, z, place["Alpha"]).outputs[0]
     there = vector("MULTIPLY_ADD", 3, node("ShaderNodeUVMap", 2, uv_map=uv).outputs[0], scale, offset)
     light, has = None, None
-    for page, image in pages.items():
-        texture = node("ShaderNodeTexImage", 4, there, image=image, extension="EXTEND").outputs["Color"]
+    for page, source in sources.items():
         own = math("COMPARE", 4, number, float(page), 0.5)
-        here = node("ShaderNodeVectorMath", 5, texture, operation="SCALE")
+        if isinstance(source, Vertices):
+            found = node("ShaderNodeAttribute", 3, attribute_name=source.attribute).outputs["Color"]
+            found = vector("MULTIPLY", 4, found, (_OVER_PI,) * 3)
+        else:
+            found = node("ShaderNodeTexImage", 4, there, image=source, extension="EXTEND").outputs["Color"]
+        here = node("ShaderNodeVectorMath", 5, found, operation="SCALE")
         link(own, here.inputs["Scale"])
         light = here.outputs[0] if light is None else vector("ADD", 6, light, here.outputs[0])
         has = own if has is None else math("ADD", 6, has, own)
@@ -310,7 +390,7 @@ def _group(scene: bpy.types.Scene, pages: dict[int, bpy.types.Image], uv: str) -
                    math("SUBTRACT", 6, 1.0, given["Transmission"]))  # fmt: skip
     share = math("MULTIPLY", 8, diffuse, has)
     reflected = vector("MULTIPLY", 7, light, given["Color"])
-    if next(iter(pages.values())).get(LIGHT, "combined") == "combined":
+    if _kind(next(iter(sources.values()))) == "combined":
         light = node("ShaderNodeEmission", 8, reflected).outputs[0]
         baked = node("ShaderNodeAddShader", 9, given["Emission"], light).outputs[0]
         clear = node("ShaderNodeBsdfTransparent", 9).outputs[0]

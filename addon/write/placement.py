@@ -17,8 +17,11 @@ PLACE, IMAGE, UV = "gi_lightmap", "gi_lightmap_image", "gi_lightmap_uv"
 # What the object's light was worked out from, see `rebake`.
 HASH = "gi_lightmap_hash"
 
-# On an image: which light it holds, as the setting `light` says.
+# On an image, or on a mesh with light at its vertices: which light it holds, as the setting `light` says.
 LIGHT = "gi_lightmap_light"
+
+# On a node group that shows baked light: the scene whose light it is.
+SCENE = "gi_lightmap_scene"
 
 
 @dataclass(frozen=True)
@@ -47,6 +50,11 @@ def placement(obj: bpy.types.Object) -> Placement | None:
         return None
     x, y, z, w = place
     return Placement(image, uv, (x, y), (z, w))
+
+
+def shows_light(node: bpy.types.Node) -> bool:
+    """Whether a node shows baked light in the place of the shader that its input "Shader" gets, see `hookup`."""
+    return node.type == "GROUP" and node.node_tree is not None and SCENE in node.node_tree.keys()
 
 
 def forget(obj: bpy.types.Object) -> bool:

@@ -46,9 +46,11 @@ def store(result: Result, scene: bpy.types.Scene, folder: Path | None = None) ->
     irradiance = {name: np.float32(np.pi) * wanted(light, result) for name, light in result.light.items()}
     if result.job.settings.domain == "corner":
         write_corners(irradiance, {name: light.corners.vertex for name, light in result.light.items()})
-        return list(result.light)
-    write_irradiance(irradiance)
-    write_coverage({name: light.coverage for name, light in result.light.items() if light.coverage is not None})
+    else:
+        write_irradiance(irradiance)
+        write_coverage({name: light.coverage for name, light in result.light.items() if light.coverage is not None})
+    for name in result.light:
+        bpy.data.objects[name].data[LIGHT] = result.job.settings.light
     return list(result.light)
 
 

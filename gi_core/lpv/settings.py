@@ -12,9 +12,20 @@ class LpvSettings(Settings):
     """Where the volume lies, how light gets into it, through it and out of it."""
 
     map_resolution: int = setting(
-        512, "Side of a lamp's map, whose texels are injected", low=8, high=8192, unit="texels"
+        512,
+        "Side of a lamp's map, whose texels are injected; time for maps grows with its square",
+        low=8,
+        high=8192,
+        unit="texels",
     )
-    cells: int = setting(32, "Cells along the longest side of each cascade", low=16, high=128, unit="cells")
+    cells: int = setting(
+        32,
+        "Cells along the longest side of each cascade; finer ones keep light apart that lies near, memory and time "
+        "grow with their cube",
+        low=16,
+        high=128,
+        unit="cells",
+    )
     cascades: int = setting(
         0, "Grids one in another; the largest holds the whole scene, or the box where one is given. 0: as many as "
         "leave nearly all points that are lit in the finest, so one for a room that is seen whole",

@@ -13,7 +13,8 @@ class RsmSettings(Settings):
 
     map_resolution: int = setting(
         256,
-        "Side of a lamp's map; a lamp with several maps shares as many texels among them",
+        "Side of a lamp's map; a lamp with several maps shares as many texels among them. Larger ones know smaller "
+        "patches of light; memory and time for maps grow with its square",
         low=8,
         high=8192,
         unit="texels",

@@ -43,12 +43,19 @@ class SsgiSettings(Settings):
         "Steps, resolution and filters as HDRP's presets have them for the mode; custom takes the settings' own",
         choices=QUALITIES,
     )
-    steps: int = setting(64, "Steps of a ray on the screen, or of a scan to either side", low=1, high=1024)
+    steps: int = setting(
+        64,
+        "Steps of a ray on the screen, or of a scan to either side; more find what is thin and take longer",
+        low=1,
+        high=1024,
+    )
     mixed_steps: int = setting(48, "Steps of a ray on the screen in mode mixed, before the scene", low=1, high=1024)
     thickness: float = setting(
         0.1, "How far what is seen reaches back, as a share of its distance from the camera", low=0.0, high=10.0
     )
-    full_resolution: bool = setting(True, "Traces at every pixel; off, at one of four, and filters up")
+    full_resolution: bool = setting(
+        True, "Traces at every pixel; off, at one of four, and filters up: softer, in about a third of the time"
+    )
     frames: int = setting(
         16,
         "Passes over each picture; they share out its samples, and each starts from what those before it found",

@@ -7,13 +7,16 @@ import json
 import bpy
 import numpy as np
 import pytest
-from gi_bake.addon.compare.reference import camera_reference
+from gi_bake.addon.bake import bake
+from gi_bake.addon.compare.reference import camera_passes, camera_reference
 from gi_bake.addon.job import Job
 from gi_bake.addon.result import Light, Result
 from gi_bake.addon.write import hookup, lightmap_uvs
+from gi_bake.addon.write.attributes import write_corners, write_irradiance
 from gi_bake.addon.write.results import store
 from gi_bake.gi_core.atlas import Page, Place
 from gi_bake.gi_core.rsm.settings import RsmSettings
+from gi_bake.gi_core.tiles import finish
 
 
 def tree_state(tree):
@@ -120,6 +123,60 @@ def test_indirect_light_is_added_to_what_is_there(room):
     ratio = emission[lit] / albedo[lit]
     near = np.min([np.abs(ratio - color).max(-1) for color in names.values()], axis=0)
     assert lit.mean() > 0.9 and np.mean(near < 0.02) > 0.98
+
+
+def with_vertex_light(scene, names, domain):
+    """Light of one colour for each of some objects, at their vertices: object name -> colour (3,)."""
+    random = np.random.default_rng(6)
+    colors = {name: random.uniform(0.2, 1.0, 3).astype(np.float32) for name in names}
+    meshes = {name: scene.objects[name].data for name in names}
+    if domain == "point":
+        write_irradiance({k: np.tile(np.pi * colors[k], (len(m.vertices), 1)) for k, m in meshes.items()})
+    else:
+        for mesh in meshes.values():
+            mesh.calc_loop_triangles()
+        corners = {k: np.array([t.vertices for t in m.loop_triangles]).ravel() for k, m in meshes.items()}
+        write_corners({k: np.tile(np.pi * colors[k], (len(v), 1)) for k, v in corners.items()}, corners)
+    for mesh in meshes.values():
+        mesh["gi_lightmap_light"] = "combined"
+    return colors
+
+
+@pytest.mark.parametrize("domain", ["point", "corner"])
+def test_cycles_shows_light_at_vertices_beside_lightmaps(room, domain):
+    _, albedo = seen(room)
+    lit = albedo.any(-1)
+    maps = with_lightmaps(room, names=["Back wall", "Floor", "Short box"])
+    vertices = with_vertex_light(room, ["Ceiling", "Left wall", "Right wall", "Tall box", "Floor"], domain)
+    before = file_state()
+    for preferred, shown in ((False, vertices | maps), (True, maps | vertices)):
+        names = hookup.apply(room, vertices=preferred)
+        emission, rest = seen(room)
+        ratio = emission[lit] / albedo[lit]
+        near = np.array([np.abs(ratio - color).max(-1) < 0.02 for color in shown.values()])
+        assert not rest[lit].any() and np.mean(near.any(0)) > 0.98
+        assert dict(zip(shown, near.mean(1)))["Floor"] > 0.05
+    assert hookup.remove(room) == names and file_state() == before
+    bpy.data.meshes["Floor"]["gi_lightmap_light"] = "indirect"
+    with pytest.raises(hookup.HookupError, match="different light"):
+        hookup.apply(room, vertices=True)
+
+
+def test_bakes_and_references_see_materials_without_baked_light(room):
+    def found():
+        job = Job(resolution=16, settings=RsmSettings(samples=4, denoise="none", antialias=1))
+        baked = finish(bake(room, bpy.context.view_layer, job)).layers["Combined"]
+        work = hookup.unseen_by(camera_passes(room, bpy.context.view_layer, 4, 1, 3, (16, 16), go=2 * 16 * 16))
+        next(work)
+        assert not any(n.mute for m in bpy.data.materials if m.node_tree for n in m.node_tree.nodes)
+        return baked, finish(work)["Diffuse Indirect"]
+
+    baked, cycles = found()
+    with_lightmaps(room)
+    hookup.apply(room)
+    again = found()
+    assert baked.any() and np.array_equal(again[0], baked)
+    assert cycles.any() and np.array_equal(again[1], cycles)
 
 
 @pytest.mark.parametrize("name", ["materials", "props"])

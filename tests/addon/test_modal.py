@@ -3,6 +3,7 @@
 """Bakes and comparisons beside a living window, driven by hand: to the end, to a cancel, to an error."""
 
 import inspect
+import json
 import threading
 import time
 from types import SimpleNamespace
@@ -198,14 +199,14 @@ def test_a_comparison_to_the_end(gi, comparison, monkeypatch):
 
         monkeypatch.setattr(module, name, seen)
 
-    noted(halves, "fingerprint"), noted(gi("addon.compare"), "write_report"), noted(gi("addon.baked"), "_layers")
+    noted(halves, "fingerprint"), noted(gi("addon.compare"), "write_report"), noted(gi("addon.baked"), "_pictures")
     assert comparison._start(comparison.context) == {"RUNNING_MODAL"}
     shares = []
     assert follow(comparison, lambda: shares.append(session.run.fraction if session.run else 1.0)) == {"FINISHED"}
     assert len(set(shares)) > 4 and shares == sorted(shares), "each go of Cycles is a step"
-    assert where == {"fingerprint": True, "write_report": False, "_layers": False}
+    assert where == {"fingerprint": True, "write_report": False, "_pictures": False}
     [line] = bpy.context.scene.gi_bake.results
-    assert line.compared and len(line.comparisons) == 3 and session.run is None and left_over(comparison) == []
+    assert line.compared and len(line.comparisons) == 9 and session.run is None and left_over(comparison) == []
 
 
 def test_a_comparison_to_a_cancel_in_the_middle(gi, comparison):
@@ -287,6 +288,39 @@ def test_the_picture_so_far_is_shown_and_taken_away_and_never_saved(gi, tmp_path
     assert preview.refresh() and "GI Bake Preview" in bpy.data.images
     preview.remove()
     assert "GI Bake Preview" not in bpy.data.images
+
+
+def test_light_at_vertices_so_far_is_drawn_over_its_surfaces(gi, operator, monkeypatch):
+    monkeypatch.setattr(gi("addon.operators.modal"), "_PICTURE", 0.0)
+    group = bpy.context.scene.gi_bake
+    group.target, group.domain = "VERTICES", "CORNER"
+    before = contents()
+    operator._start(operator.context)
+    drawn = operator._preview.in_views
+    follow(operator, lambda: drawn._handler)
+    assert drawn._handler and contents() == before, "nothing of it is in the file"
+    assert follow(operator) == {"FINISHED"} and drawn._handler is None
+    places, light = drawn.triangles()
+    wanted = []
+    for obj in (bpy.data.objects[name] for name in json.loads(group.results[0].objects)):
+        values = obj.data.attributes["gi_irradiance_corner"].data
+        for triangle in obj.data.loop_triangles:
+            for vertex, loop in zip(triangle.vertices, triangle.loops):
+                wanted.append([*obj.matrix_world @ obj.data.vertices[vertex].co, *values[loop].color[:3]])
+    wanted = np.array(wanted)
+    assert np.allclose(places, wanted[:, :3], atol=1e-5)
+    assert np.corrcoef(light.ravel(), wanted[:, 3:].ravel())[0, 1] > 0.9, "before corners inside of boxes are filled"
+
+
+def test_a_triangle_is_drawn_when_all_its_corners_are_known(gi):
+    preview = gi("addon.preview").Preview()
+    places, light = np.arange(12, dtype=np.float32).reshape(4, 3), np.ones((4, 1, 3), np.float32)
+    preview("Floor", slice(2, 6), light, places)
+    assert preview.refresh() and not preview.refresh()
+    assert np.array_equal(preview.in_views.triangles()[0], places[1:])
+    preview("Floor", slice(0, 2), light[:2], places[:2])
+    assert len(preview.in_views.triangles()[0]) == 6
+    preview.remove()
 
 
 def test_a_walk_through_the_panel_is_undone_whole(gi, operator, sample, tmp_path):

@@ -67,6 +67,10 @@ def test_chinese_is_complete(gi):
     assert sorted(said - translated) == []
     for (_, text), other in chinese.items():
         assert other and other.count("{") == text.count("{"), text
+    settings = [p for cls in classes(gi("addon").__name__.removesuffix(".addon")) for p in properties(cls)]
+    assert {(p.translation_context, p.name) for p in settings} <= set(chinese)
+    bound = bpy.context.scene.gi_bake.rsm.bl_rna.properties["bound"]
+    assert (bound.translation_context, bound.name) == ("GI Bake", "Bound"), "which Blender takes for 'tied'"
 
 
 def test_what_is_not_as_in_cycles_is_said_in_chinese(gi, sample):
@@ -254,7 +258,7 @@ def test_polls_say_why_not(gi):
     assert ops.cancel.poll()
 
 
-def test_a_comparison_is_noted_and_shown_in_layers(gi, tmp_path):
+def test_a_comparison_is_noted_and_shown_in_images(gi, tmp_path):
     group = bpy.context.scene.gi_bake
     bpy.ops.gi.bake(target="IMAGE")
     assert bpy.ops.gi.compare(samples=4, folder=str(tmp_path)) == {"FINISHED"}
@@ -262,11 +266,98 @@ def test_a_comparison_is_noted_and_shown_in_layers(gi, tmp_path):
     told = json.loads((tmp_path / "report.json").read_text())["techniques"]["rsm"]
     told = told["comparisons"]["Diffuse Indirect"]
     assert line.compared and line.error == pytest.approx(told["relmse"]) and line.bias == pytest.approx(told["bias"])
-    exr = gi("gi_core.exr")
-    layers = exr.read_layers(tmp_path / "Diffuse Indirect comparison.exr")
-    assert set(layers) == {"Baked", "Cycles", "Difference"}
-    image = line.comparisons[0].image
-    assert image.packed_file and image.name == "Diffuse Indirect Comparison"
+    baked, cycles, difference = (part.image for part in line.comparisons if "Diffuse Indirect" in part.image.name)
+    assert [image.name.split()[-1] for image in (baked, cycles, difference)] == ["Baked", "Cycles", "Difference"]
+    ours = bpy.data.images["Scene GI Indirect"]
+    assert np.array_equal(np.array(baked.pixels), np.array(ours.pixels)), "which Blender shows alike"
+    assert baked.packed_file and baked.colorspace_settings.name == ours.colorspace_settings.name
+    reference = gi("gi_core.exr").read_layers(tmp_path / "reference.exr")["Diffuse Indirect"]
+    assert np.allclose(np.array(cycles.pixels).reshape(24, 24, 4)[..., :3], reference[..., :3])
+
+
+def test_the_buttons_of_a_comparison_show_the_same_part_by_another(gi, tmp_path, monkeypatch):
+    bpy.ops.gi.bake(target="LIGHTMAP", objects="Floor, Ceiling")
+    assert bpy.ops.gi.compare(samples=1, folder=str(tmp_path)) == {"FINISHED"}
+    space, preview = SimpleNamespace(image=None), gi("addon.preview")
+    monkeypatch.setattr(preview, "editors", lambda: [space])
+    monkeypatch.setattr(preview, "show", lambda image: setattr(space, "image", image) or True)
+
+    def shown(which):
+        assert bpy.ops.gi.show(which=which) == {"FINISHED"}
+        return space.image.name
+
+    first = shown("BAKED")
+    assert first.endswith(" Baked") and shown("CYCLES") == first.replace("Baked", "Cycles")
+    second = shown("CYCLES")
+    assert second.endswith(" Cycles") and second != first.replace("Baked", "Cycles"), "the next part"
+    assert shown("DIFFERENCE") == second.replace("Cycles", "Difference")
+    bpy.data.images.remove(space.image)
+    space.image = bpy.data.images[second]
+    assert shown("DIFFERENCE").endswith(" Difference"), "one that is gone is passed over"
+
+
+def test_light_at_vertices_is_shown_in_the_3d_view_and_taken_away_whole(gi):
+    before = names()
+    attributes = {"CORNER": "gi_irradiance_corner", "POINT": "gi_irradiance"}
+    for domain in ("CORNER", "POINT", "CORNER"):
+        bpy.context.scene.gi_bake.domain = domain
+        bpy.ops.gi.bake(target="VERTICES")
+        assert bpy.ops.gi.show() == {"FINISHED"}
+        mesh = bpy.data.objects["Floor"].data
+        assert mesh.color_attributes.active_color.name == attributes[domain]
+        assert [key for key in mesh.attributes.keys() if key.startswith("gi_")] == [attributes[domain]]
+    views = [a.spaces.active for w in bpy.context.window_manager.windows for a in w.screen.areas if a.type == "VIEW_3D"]
+    assert all((v.shading.type, v.shading.color_type) == ("SOLID", "VERTEX") for v in views)
+    bpy.ops.gi.remove()
+    assert names() == before
+
+
+def test_light_at_vertices_is_applied_and_removed_whole(gi):
+    before = names()
+    bpy.ops.gi.bake(target="VERTICES")
+    assert bpy.ops.gi.apply() == {"FINISHED"} and "GI Lightmap" in bpy.data.node_groups
+    mesh = bpy.data.objects["Floor"].data
+    mesh_keys = set(mesh.keys())
+    for name in json.loads(bpy.context.scene.gi_bake.results[0].objects):
+        del bpy.data.objects[name].data["gi_lightmap_light"]
+    with pytest.raises(RuntimeError, match="has a lightmap or light at its vertices: bake") as error:
+        bpy.ops.gi.apply()
+    assert "Traceback" not in str(error.value)
+    bpy.ops.gi.bake(target="VERTICES")
+    assert set(mesh.keys()) == mesh_keys
+    assert bpy.ops.gi.remove() == {"FINISHED"} and names() == before and not set(mesh.keys()) & mesh_keys
+
+
+def test_files_are_remembered_from_the_blend(gi, tmp_path):
+    bpy.ops.wm.save_as_mainfile(filepath=str(tmp_path / "scene.blend"))
+    bpy.context.scene.gi_bake.folder, bpy.context.scene.gi_bake.keep = "//out/", "FILES"
+    bpy.ops.gi.bake(target="IMAGE")
+    bpy.ops.gi.compare(samples=1)
+    [line] = bpy.context.scene.gi_bake.results
+    assert (line.folder, line.report) == ("//out", "//out/report.html")
+    assert (tmp_path / "out" / "report.html").is_file()
+
+
+def test_the_same_panels_are_there_for_every_technique(gi):
+    """Of two sub-panels that take each other's place and are as high, Blender does not show the second."""
+    group, panels = bpy.context.scene.gi_bake, gi("addon.ui")._panels
+    for target in (item.identifier for item in group.bl_rna.properties["target"].enum_items):
+        shown = set()
+        for group.target, group.method in ((target, method.upper()) for method in METHODS):
+            shown.add(tuple(panel for panel in panels if not hasattr(panel, "poll") or panel.poll(bpy.context)))
+        assert len(shown) == 1
+
+
+def test_the_long_stage_is_called_by_what_is_done(gi):
+    group, stages, words = bpy.context.scene.gi_bake, {}, gi("addon.ui.main").STAGES
+    group.lpv.cells, group.ssgi.frames = 16, 1
+    asked, bake = gi("addon.asked"), gi("addon.bake").bake
+    for method in METHODS:
+        job = asked.job(bpy.context.scene, bpy.context.view_layer, method=method)
+        stages[method] = {stage for _, stage in bake(bpy.context.scene, bpy.context.view_layer, job)}
+        assert stages[method] <= words.keys()
+    assert "propagation" in stages["lpv"] and "screen" in stages["ssgi"] and "maps" in stages["rsm"]
+    assert "maps" not in stages["lpv"] | stages["ssgi"]
 
 
 def test_shipped_presets_set_what_they_say(gi):
