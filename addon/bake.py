@@ -37,7 +37,7 @@ from .job import Job
 from .lights import coverage_of, directional_of, light_of, radiant
 from .read import with_bakes
 from .read.box import box_corners
-from .read.camera import read_cameras
+from .read.camera import reading_cameras
 from .read.images import ImageReader
 from .read.surface_bakes import SurfaceBakes
 from .result import Light, Result
@@ -195,8 +195,8 @@ def _read(
     else:
         known.append((yield from _read_file(scene, view_layer, job, output, stages)))
     [(core, made, notes)] = known
-    with stages.time("read"):
-        cameras = read_cameras(scene, view_layer, job.cameras) or [core.camera]
+    work = named("read", reading_cameras(scene, view_layer, job.cameras))
+    cameras = (yield from stages.announced(work)) or [core.camera]
     if job.method == "ssgi" and cameras == [None]:
         raise Refused([preflight.no_camera(scene)])
     if getattr(job.settings, "box", ""):

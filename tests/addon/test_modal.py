@@ -112,14 +112,16 @@ def test_what_touches_blender_stays_on_the_main_thread(gi, operator, monkeypatch
         return seen
 
     preflight, light = gi("addon.preflight"), gi("addon.bake")
-    called = (preflight, "read_scene"), (preflight, "_check_geometry"), (light, "read_cameras"), (light, "Tracer")
+    called = (
+        (preflight, "reading_scene"), (preflight, "_check_geometry"), (light, "reading_cameras"), (light, "Tracer"),
+    )  # fmt: skip
     for module, name in called:
         monkeypatch.setattr(module, name, noted(name, getattr(module, name)))
     monkeypatch.setattr(gi("addon.denoise"), "oidn", noted("oidn", lambda image, *guides: image))
     bpy.context.scene.gi_bake.denoise = "OIDN"
     operator._start(operator.context)
     assert follow(operator) == {"FINISHED"}
-    on_main = {"read_scene", "read_cameras", "oidn"}
+    on_main = {"reading_scene", "reading_cameras", "oidn"}
     assert where == {name: name in on_main for name in (*on_main, "_check_geometry", "Tracer")}
 
 
