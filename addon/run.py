@@ -50,6 +50,11 @@ class Run:
         known = self.fraction > 0.02 and self.seconds > 0.5
         return self.seconds * (1 - self.fraction) / self.fraction if known else None
 
+    @property
+    def waits(self) -> bool:
+        """Whether it waits for something of Blender's that looks at the file meanwhile."""
+        return self._until is not None and not self._until()
+
     def wait(self, until: Callable[[], bool]) -> None:
         """Called from a step: the next one is taken when `until` says so, which is asked once in a while."""
         self._until = until
@@ -68,7 +73,7 @@ class Run:
                 if self._thread.is_alive():
                     break
                 self._thread = None
-            elif self._until and not self._until():
+            elif self.waits:
                 break
             elif self.stage and not self._on_main(self.stage):
                 # A daemon: a Blender that quits waits for no bake.

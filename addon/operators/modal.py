@@ -96,7 +96,8 @@ class Modal:
             run.cancel()
             return {"RUNNING_MODAL"}
         if event.type != "TIMER":
-            return {"PASS_THROUGH"}
+            # What is deleted while Blender's render job goes through the file would end Blender.
+            return {"RUNNING_MODAL"} if run.waits and event.value != "NOTHING" else {"PASS_THROUGH"}
         if run.holds_file and not self._there():
             raise Refused([Finding("SCENE_GONE", "ERROR", "", "The scene or its view layer was removed.", "")])
         ended = run.advance(_STEP)

@@ -50,6 +50,8 @@ def reading(
     while _Job.going:
         beside.wait(lambda: not _Job.going)
         yield 0.0
+    if bpy.app.is_job_running("RENDER"):
+        return reader.value(scene)
     job = _Job(reader)
     try:
         with lent:
@@ -143,7 +145,7 @@ class _Job:
             return _LOOK
         bpy.utils.unregister_class(self.reader.engine)
         image = _render_result()
-        if image and image.session_uid == self._made and not image.users:
+        if image and image.session_uid == self._made:
             bpy.data.images.remove(image)
         _Job.going = False
         return None

@@ -44,9 +44,8 @@ def in_turns(things: Iterable[T]) -> Iterator[T]:
     begin = time.perf_counter()
     for thing in things:
         yield thing
-        worked = time.perf_counter() - begin
-        if worked > _WORK:
-            if stopped():
-                raise Stopped
+        if stopped():
+            raise Stopped
+        if (worked := time.perf_counter() - begin) > _WORK:
             time.sleep(worked * _REST)
             begin = time.perf_counter()
