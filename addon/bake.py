@@ -58,7 +58,7 @@ _CORNERS = 3
 ON_MAIN_THREAD = frozenset({"unwrap", "read", "materials", "layout", "oidn"})
 
 # Stages after which the scene is still asked: what is undone or removed then ends the bake.
-HOLDING = frozenset({"unwrap", "overlaps", "read", "checks", "materials", "trees", "layout", "signatures"})
+HOLDING = frozenset({"unwrap", "overlaps", "read", "checks", "materials", "trees", "layout", "packing", "signatures"})
 
 # What generators of (fraction, stage) are.
 Steps = Iterator[tuple[float, str]]
@@ -117,9 +117,8 @@ def bake(
 
     names, due = receiving(core, job), rebake.Due()
     if job.target == "lightmap":
-        yield 0.0, "layout"
-        with stages.time("layout"):
-            every = layout.pages(tracer.geometry, scene, names, job.uv, job.resolution, job.settings)
+        work = layout.laying_out(tracer.geometry, scene, names, job.uv, job.resolution, job.settings)
+        every = yield from stages.announced(work)
         due = yield from stages.announced(rebake.due(scene, core, every, job.method, job.settings))
         if job.part_of:
             due = due.of(lambda name: by_method.method_of(scene, job, name) == job.method)

@@ -17,7 +17,8 @@ STAGES = {
     "maps": "Light from lamps", "points": "Finding points", "lamps": "Direct light", "gather": "Reflected light",
     "denoise": "Filtering", "oidn": "Open Image Denoise", "gloss": "Reflections", "medium": "Fog",
     "unwrap": "Making UV maps", "overlaps": "Looking at UV maps", "materials": "Baking materials",
-    "layout": "Laying out lightmaps", "signatures": "Laying out lightmaps", "borders": "Seams and borders",
+    "layout": "Laying out lightmaps", "packing": "Laying out lightmaps", "signatures": "Laying out lightmaps",
+    "borders": "Seams and borders",
     "cycles": "Cycles renders", "measure": "Measuring", "report": "Writing the report",
 }  # fmt: skip
 

@@ -200,12 +200,12 @@ def test_a_comparison_to_the_end(gi, comparison, monkeypatch):
 
         monkeypatch.setattr(module, name, seen)
 
-    noted(halves, "fingerprint"), noted(gi("addon.compare"), "write_report"), noted(gi("addon.baked"), "_layers")
+    noted(halves, "fingerprinting"), noted(gi("addon.compare"), "write_report"), noted(gi("addon.baked"), "_layers")
     assert comparison._start(comparison.context) == {"RUNNING_MODAL"}
     shares = []
     assert follow(comparison, lambda: shares.append(session.run.fraction if session.run else 1.0)) == {"FINISHED"}
     assert len(set(shares)) > 4 and shares == sorted(shares), "each go of Cycles is a step"
-    assert where == {"fingerprint": True, "write_report": False, "_layers": False}
+    assert where == {"fingerprinting": True, "write_report": False, "_layers": False}
     [line] = bpy.context.scene.gi_bake.results
     assert line.compared and len(line.comparisons) == 3 and session.run is None and left_over(comparison) == []
 
