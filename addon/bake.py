@@ -55,7 +55,7 @@ _GUIDES = 1 << 14
 _CORNERS = 3
 
 # Stages whose steps touch Blender, which allows that on its main thread only; the others may run on any.
-ON_MAIN_THREAD = frozenset({"unwrap", "read", "materials", "layout", "oidn"})
+ON_MAIN_THREAD = frozenset({"unwrap", "read", "materials", "layout", "compositor"})
 
 # Stages after which the scene is still asked: what is undone or removed then ends the bake.
 HOLDING = frozenset({"unwrap", "overlaps", "read", "checks", "materials", "trees", "layout", "packing", "signatures"})
@@ -257,7 +257,7 @@ def _collected(
             put(canvases[receiver.name], found, kept, receiver, rows, own)
     if settings.denoise == "oidn" and receivers and job.target != "vertices":
         work = without_noise(canvases, technique.noisy(settings) and coarse is None, camera is None)
-        yield from stages.follow(named("oidn", work), 1, 0, {})
+        yield from stages.follow(named(denoise.stage(), work), 1, 0, {})
     for canvas in canvases.values():
         for kind in ("", "Glossy ") if settings.glossy else ("",):
             canvas[f"{kind}Direct"] = canvas.pop(f"{kind}Lamps") + canvas.pop(f"{kind}Around")

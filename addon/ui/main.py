@@ -15,7 +15,8 @@ from .words import duration, wrapped
 STAGES = {
     "": "Starting", "read": "Reading the scene", "checks": "Looking for mistakes", "trees": "Building ray trees",
     "maps": "Light from lamps", "points": "Finding points", "lamps": "Direct light", "gather": "Reflected light",
-    "denoise": "Filtering", "oidn": "Open Image Denoise", "gloss": "Reflections", "medium": "Fog",
+    "denoise": "Filtering", "oidn": "Open Image Denoise", "compositor": "Open Image Denoise", "gloss": "Reflections",
+    "medium": "Fog",
     "unwrap": "Making UV maps", "overlaps": "Looking at UV maps", "materials": "Baking materials",
     "layout": "Laying out lightmaps", "packing": "Laying out lightmaps", "signatures": "Laying out lightmaps",
     "borders": "Seams and borders",

@@ -117,12 +117,18 @@ def test_what_touches_blender_stays_on_the_main_thread(gi, operator, monkeypatch
     )  # fmt: skip
     for module, name in called:
         monkeypatch.setattr(module, name, noted(name, getattr(module, name)))
-    monkeypatch.setattr(gi("addon.denoise"), "oidn", noted("oidn", lambda image, *guides: image))
+    denoise = gi("addon.denoise")
+    monkeypatch.setattr(denoise.library, "denoised", noted("oidn", denoise.library.denoised))
+    monkeypatch.setattr(denoise, "_composited", noted("compositor", denoise._composited))
     bpy.context.scene.gi_bake.denoise = "OIDN"
     operator._start(operator.context)
     assert follow(operator) == {"FINISHED"}
-    on_main = {"reading_scene", "reading_cameras", "oidn"}
-    assert where == {name: name in on_main for name in (*on_main, "_check_geometry", "Tracer")}
+    on_main = {"reading_scene", "reading_cameras"}
+    assert where == {name: name in on_main for name in (*on_main, "_check_geometry", "Tracer", "oidn")}
+    where.clear()
+    monkeypatch.setattr(denoise.library, "library", lambda: None)
+    operator._start(operator.context)
+    assert follow(operator) == {"FINISHED"} and where["compositor"] and "oidn" not in where
 
 
 @pytest.mark.parametrize("by", ["esc", "button"])
