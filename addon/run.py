@@ -9,10 +9,34 @@ their own: a step may last longer than a picture of the interface should, and ca
 import threading
 import time
 from collections.abc import Callable, Collection, Iterator
+from concurrent.futures import Future
 from contextvars import ContextVar
+from typing import TypeVar
+
+T = TypeVar("T")
 
 # The run that a step belongs to; None where work is done in one go, as scripts do it.
 current: ContextVar["Run | None"] = ContextVar("run", default=None)
+
+
+def aside(function: Callable[[], T]) -> Iterator[float]:
+    """`function()`, which touches nothing of Blender, out of a step on the main thread: beside a living window on a
+    thread of its own. A generator of progress; returns its value."""
+    beside = current.get()
+    if beside is None:
+        return function()
+    made = Future()
+
+    def work():
+        try:
+            made.set_result(function())
+        except BaseException as error:
+            made.set_exception(error)
+
+    threading.Thread(target=work, name="GI Bake", daemon=True).start()
+    beside.wait(made.done)
+    yield 0.0
+    return made.result()
 
 
 class Run:
@@ -50,11 +74,6 @@ class Run:
         known = self.fraction > 0.02 and self.seconds > 0.5
         return self.seconds * (1 - self.fraction) / self.fraction if known else None
 
-    @property
-    def waits(self) -> bool:
-        """Whether it waits for something of Blender's that looks at the file meanwhile."""
-        return self._until is not None and not self._until()
-
     def wait(self, until: Callable[[], bool]) -> None:
         """Called from a step: the next one is taken when `until` says so, which is asked once in a while."""
         self._until = until
@@ -73,7 +92,7 @@ class Run:
                 if self._thread.is_alive():
                     break
                 self._thread = None
-            elif self.waits:
+            elif self._until and not self._until():
                 break
             elif self.stage and not self._on_main(self.stage):
                 # A daemon: a Blender that quits waits for no bake.

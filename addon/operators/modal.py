@@ -10,6 +10,7 @@ import bpy
 from .. import preview
 from ..bake import Refused
 from ..preflight import Finding
+from ..read.render_depsgraph import is_read
 from ..redraw import redraw
 from ..run import Run
 from ..session import session
@@ -97,7 +98,7 @@ class Modal:
             return {"RUNNING_MODAL"}
         if event.type != "TIMER":
             # What is deleted while Blender's render job goes through the file would end Blender.
-            return {"RUNNING_MODAL"} if run.waits and event.value != "NOTHING" else {"PASS_THROUGH"}
+            return {"RUNNING_MODAL"} if is_read() and event.value != "NOTHING" else {"PASS_THROUGH"}
         if run.holds_file and not self._there():
             raise Refused([Finding("SCENE_GONE", "ERROR", "", "The scene or its view layer was removed.", "")])
         ended = run.advance(_STEP)

@@ -47,8 +47,8 @@ def reading(
         with _registered(reader), lent, _set_up(scene, view_layer, reader), own_render_slot():
             bpy.ops.render.render()
         return reader.value(scene)
-    while _Job.going:
-        beside.wait(lambda: not _Job.going)
+    while _Job.latest:
+        beside.wait(lambda: _Job.latest is None)
         yield 0.0
     if bpy.app.is_job_running("RENDER"):
         return reader.value(scene)
@@ -66,6 +66,11 @@ def reading(
         # Esc goes to the job as long as there is one.
         beside.cancel()
         yield 0.0
+
+
+def is_read() -> bool:
+    """Whether a scene is read on another thread right now."""
+    return _Job.latest is not None and not _Job.latest.ended
 
 
 class _Reader:
@@ -110,16 +115,16 @@ class _Reader:
 
 
 class _Job:
-    """Blender's render job that calls a reader. going: whether one is not quite over."""
+    """Blender's render job that calls a reader. latest: the one that is not quite over."""
 
-    going = False
+    latest: "_Job | None" = None
 
     def __init__(self, reader: _Reader):
         self.reader, self._made = reader, None
 
     def start(self, scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> None:
         """Returns when the reader is called, or never will be."""
-        _Job.going = True
+        _Job.latest = self
         bpy.utils.register_class(self.reader.engine)
         first = _render_result() is None
         slot = contextlib.nullcontext() if first else own_render_slot()
@@ -147,7 +152,7 @@ class _Job:
         image = _render_result()
         if image and image.session_uid == self._made:
             bpy.data.images.remove(image)
-        _Job.going = False
+        _Job.latest = None
         return None
 
     @contextlib.contextmanager
