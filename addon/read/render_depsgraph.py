@@ -129,7 +129,7 @@ class _Job:
         first = _render_result() is None
         slot = contextlib.nullcontext() if first else own_render_slot()
         with _set_up(scene, view_layer, self.reader), slot, _no_window(), self._heard():
-            if bpy.ops.render.render("INVOKE_DEFAULT") != {"CANCELLED"}:
+            if _invoked() != {"CANCELLED"}:
                 self.reader.answered.wait()
         if first and (image := _render_result()):
             self._made = image.session_uid
@@ -170,6 +170,11 @@ class _Job:
         finally:
             for each in handlers:
                 each.remove(ends)
+
+
+def _invoked() -> set[str]:
+    """Starts the job; without a window there is none, and all is done when it returns."""
+    return bpy.ops.render.render("INVOKE_DEFAULT")
 
 
 @contextlib.contextmanager

@@ -148,6 +148,17 @@ def test_to_a_cancel_in_the_middle(gi, operator, by):
     assert not bpy.context.scene.gi_bake.results
 
 
+def test_input_waits_while_the_file_is_read(gi, operator, monkeypatch):
+    deletes = SimpleNamespace(type="X", value="PRESS")
+    operator._start(operator.context)
+    assert operator.modal(operator.context, deletes) == {"PASS_THROUGH"}
+    monkeypatch.setattr(gi("addon.operators.modal"), "is_read", lambda: True)
+    assert operator.modal(operator.context, deletes) == {"RUNNING_MODAL"}
+    assert operator.modal(operator.context, SimpleNamespace(type="MOUSEMOVE", value="NOTHING")) == {"PASS_THROUGH"}
+    assert operator.modal(operator.context, ESC) == {"RUNNING_MODAL"}
+    assert follow(operator) == {"CANCELLED"} and left_over(operator) == []
+
+
 def test_to_an_error(gi, operator, monkeypatch):
     session, before = gi("addon.session").session, names()
 
