@@ -10,7 +10,7 @@ import bpy
 from .. import preview
 from ..bake import Refused
 from ..preflight import Finding
-from ..read.render_depsgraph import is_read
+from ..read.render_depsgraph import is_going, is_read
 from ..redraw import redraw
 from ..run import Run
 from ..session import session
@@ -77,6 +77,8 @@ class Modal:
         except Exception as error:
             return self._fail(context.scene, error)
         self._run = session.run = Run(work, self._on_main(), self.holding)
+        # One that was cancelled may have left it.
+        self._run.wait(lambda: not is_going())
         session.of = self._scene
         self._timer = context.window_manager.event_timer_add(_TICK, window=context.window)
         context.window_manager.modal_handler_add(self)

@@ -43,14 +43,11 @@ def reading(
     raises, and RuntimeError where Blender cannot render now.
     """
     beside, lent, reader = run.current.get(), lent or contextlib.nullcontext(), _Reader(function)
+    if is_going() or (beside and bpy.app.is_job_running("RENDER")):
+        return reader.value(scene)
     if beside is None:
         with _registered(reader), lent, _set_up(scene, view_layer, reader), own_render_slot():
             bpy.ops.render.render()
-        return reader.value(scene)
-    while _Job.latest:
-        beside.wait(lambda: _Job.latest is None)
-        yield 0.0
-    if bpy.app.is_job_running("RENDER"):
         return reader.value(scene)
     job = _Job(reader)
     try:
@@ -60,6 +57,9 @@ def reading(
         yield 0.0
     finally:
         job.leave()
+    # What comes next may render too.
+    beside.wait(lambda: not is_going())
+    yield 0.0
     try:
         return reader.value(scene)
     except Stopped:
@@ -70,7 +70,12 @@ def reading(
 
 def is_read() -> bool:
     """Whether a scene is read on another thread right now."""
-    return _Job.latest is not None and not _Job.latest.ended
+    return is_going() and not _Job.latest.ended
+
+
+def is_going() -> bool:
+    """Whether Blender is not quite done with the job that read, or reads, a scene."""
+    return _Job.latest is not None
 
 
 class _Reader:

@@ -61,7 +61,7 @@ def processor_times() -> dict[int, float]:
     for thread in threading.enumerate():
         try:
             found[thread.ident] = time.clock_gettime(time.pthread_getcpuclockid(thread.ident))
-        except OSError:  # it has ended
+        except (OSError, TypeError):  # it has ended, or not begun
             continue
     return found
 
