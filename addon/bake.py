@@ -38,7 +38,7 @@ from .job import Job
 from .lights import coverage_of, directional_of, light_of, radiant
 from .read import with_bakes
 from .read.box import box_corners
-from .read.camera import read_cameras
+from .read.camera import reading_cameras
 from .read.images import ImageReader
 from .read.surface_bakes import SurfaceBakes
 from .result import Light, Result
@@ -56,10 +56,10 @@ _GUIDES = 1 << 14
 _CORNERS = 3
 
 # Stages whose steps touch Blender, which allows that on its main thread only; the others may run on any.
-ON_MAIN_THREAD = frozenset({"unwrap", "read", "materials", "layout", "oidn"})
+ON_MAIN_THREAD = frozenset({"unwrap", "read", "materials", "layout", "compositor"})
 
 # Stages after which the scene is still asked: what is undone or removed then ends the bake.
-HOLDING = frozenset({"unwrap", "overlaps", "read", "checks", "materials", "trees", "layout", "signatures"})
+HOLDING = frozenset({"unwrap", "overlaps", "read", "checks", "materials", "trees", "layout", "packing", "signatures"})
 
 # What generators of (fraction, stage) are.
 Steps = Iterator[tuple[float, str]]
@@ -119,9 +119,8 @@ def bake(
 
     names, due = receiving(core, job), rebake.Due()
     if job.target == "lightmap":
-        yield 0.0, "layout"
-        with stages.time("layout"):
-            every = layout.pages(tracer.geometry, scene, names, job.uv, job.resolution, job.settings)
+        work = layout.laying_out(tracer.geometry, scene, names, job.uv, job.resolution, job.settings)
+        every = yield from stages.announced(work)
         due = yield from stages.announced(rebake.due(scene, core, every, job.method, job.settings))
         if job.part_of:
             due = due.of(lambda name: by_method.method_of(scene, job, name) == job.method)
@@ -200,8 +199,8 @@ def _read(
     else:
         known.append((yield from _read_file(scene, view_layer, job, output, stages)))
     [(core, made, notes)] = known
-    with stages.time("read"):
-        cameras = read_cameras(scene, view_layer, job.cameras) or [core.camera]
+    work = named("read", reading_cameras(scene, view_layer, job.cameras))
+    cameras = (yield from stages.announced(work)) or [core.camera]
     if job.method == "ssgi" and cameras == [None]:
         raise Refused([preflight.no_camera(scene)])
     if getattr(job.settings, "box", ""):
@@ -263,7 +262,7 @@ def _collected(
             put(canvases[receiver.name], found, kept, receiver, rows, own)
     if settings.denoise == "oidn" and receivers and job.target != "vertices":
         work = without_noise(canvases, technique.noisy(settings) and coarse is None, camera is None)
-        yield from stages.follow(named("oidn", work), 1, 0, {})
+        yield from stages.follow(named(denoise.stage(), work), 1, 0, {})
     for canvas in canvases.values():
         for kind in ("", "Glossy ") if settings.glossy else ("",):
             canvas[f"{kind}Direct"] = canvas.pop(f"{kind}Lamps") + canvas.pop(f"{kind}Around")

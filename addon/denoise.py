@@ -1,9 +1,10 @@
 # SPDX-FileCopyrightText: 2026 GI Bake authors
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""Noise taken out by Open Image Denoise, which Blender carries in its compositor's Denoise node.
+"""Noise taken out by Open Image Denoise, which Blender carries.
 
-A scene of its own, with nothing in it but that node, is rendered into a temporary file; scene, images and file are gone
-afterwards. It needs no window and no graphics card, and must be called on the main thread like all of bpy.
+Where the library cannot be reached the Denoise node of Blender's compositor calls it: a scene of its own, with nothing
+in it but that node, is rendered into a temporary file; scene, images and file are gone afterwards. It needs no window
+and no graphics card, but must be called on the main thread like all of bpy.
 """
 
 import contextlib
@@ -18,6 +19,7 @@ from ..gi_core import exr, tiles
 from ..gi_core.dilate import dilate
 from ..gi_core.filter import smooth
 from ..gi_core.islands import islands
+from . import oidn as library
 from .read.render_depsgraph import own_render_slot
 
 # The denoiser is given the image with its mirror image around it, to this distance and this side at least [px]: at the
@@ -60,11 +62,18 @@ def oidn(image: np.ndarray, albedo: np.ndarray | None = None, normal: np.ndarray
 
 def _clean(noisy: dict[str, np.ndarray]) -> np.ndarray:
     """What the denoiser makes of images that have a frame around them: socket name -> (h, w, 3), to (h, w, 3)."""
+    if library.library():
+        return library.denoised(noisy["Image"], {name.lower(): noisy[name] for name in noisy if name != "Image"})
     clean = _composited(noisy)
     # Without the library the node hands its input on, and says so nowhere.
     if np.array_equal(clean, noisy["Image"]) and np.ptp(clean) > 0:
         raise DenoiserMissing("Open Image Denoise does not work in this Blender: use denoise=bilateral")
     return clean
+
+
+def stage() -> str:
+    """The stage of a bake whose steps it is called in: "oidn", on any thread, or "compositor", on the main thread."""
+    return "oidn" if library.library() else "compositor"
 
 
 def is_available() -> bool:

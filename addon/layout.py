@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Which lightmaps a bake makes, how large, and which objects lie on which: known before any light is worked out."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import bpy
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from ..gi_core.atlas import MOST, Asked, Page, single, together
 from ..gi_core.geometry import Geometry
 from ..gi_core.settings import SettingError, Settings
-from ..gi_core.tiles import slices
+from ..gi_core.tiles import slices, whole
 from .object_options import object_options
 
 # Side of a lightmap where none is asked for: of one object, of several [texels].
@@ -33,23 +33,37 @@ def side(scene: bpy.types.Scene, resolution: int | None, settings: Settings) -> 
     return resolution or (ATLAS_SIDE if is_shared(scene, settings) else SIDE)
 
 
-def pages(
+def laying_out(
     geometry: Geometry,
     scene: bpy.types.Scene,
     names: Sequence[str],
     uv: str,
     resolution: int | None,
     settings: Settings,
-) -> list[Page]:
-    """The lightmaps of objects.
+) -> Iterator[tuple[str, float]]:
+    """The lightmaps of objects. A generator of (stage, fraction of it), "layout" and "packing", of which the latter
+    touches nothing of Blender; returns a list of Page.
 
     names: the objects. uv: their UV map, "" for each one's own choice. resolution: side of a lightmap, None for what
     the settings give.
     Raises SettingError where objects do not fit.
     """
-    groups: dict[tuple[str, str], list[Asked]] = {}
+    yield "layout", 0.0
+    groups = {name: group(scene.objects[name], scene, settings) for name in names}
+    factors = {name: object_options(scene.objects[name]).lightmap_factor for name in names}
+    yield "packing", 0.0
+    asked: dict[tuple[str, str], list[Asked]] = {}
     for name in names:
-        groups.setdefault(group(scene.objects[name], scene, settings), []).append(_asked(geometry, scene, name, uv))
+        asked.setdefault(groups[name], []).append(_asked(geometry, name, uv, factors[name]))
+    made = _packed(asked, resolution, settings)
+    yield "layout", 1.0
+    return made
+
+
+pages = whole(laying_out)
+
+
+def _packed(groups: dict[tuple[str, str], list[Asked]], resolution: int | None, settings: Settings) -> list[Page]:
     made: list[Page] = []
     taken: set[str] = set()
     for (kind, label), asked in groups.items():
@@ -91,7 +105,7 @@ def group(obj: bpy.types.Object, scene: bpy.types.Scene, settings: Settings) -> 
     return ("all", scene.name) if settings.atlas == "all" else ("object", obj.name)
 
 
-def _asked(geometry: Geometry, scene: bpy.types.Scene, name: str, uv: str) -> Asked:
+def _asked(geometry: Geometry, name: str, uv: str, factor: float) -> Asked:
     mesh, triangles = geometry.mesh_of(name)
     chosen = uv or mesh.active_uv
     uvs, filled = np.nan_to_num(mesh.uvs[chosen]), 0.0
@@ -105,5 +119,5 @@ def _asked(geometry: Geometry, scene: bpy.types.Scene, name: str, uv: str) -> As
         filled=filled,
         low=np.clip(uvs.min((0, 1)), 0, 1).astype(np.float64),
         high=np.clip(uvs.max((0, 1)), 0, 1).astype(np.float64),
-        factor=object_options(scene.objects[name]).lightmap_factor,
+        factor=factor,
     )

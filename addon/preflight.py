@@ -19,7 +19,7 @@ from ..gi_core.scene import Camera, Mesh, Scene, Texture
 from ..gi_core.texels import outside, overlap
 from ..gi_core.tiles import named, whole
 from . import denoise as denoiser
-from .read import read_scene
+from .read import reading_scene
 from .read.images import ImageReader, is_there
 from .read.nodes import Reading
 from .read.surface_bakes import SurfaceBakes
@@ -105,10 +105,11 @@ def inspecting(
         findings.extend(_check_lights(depsgraph))
 
     yield "read", 0.0
-    with lightmap_uvs.lent(uvs or {}):
-        core = read_scene(
-            scene, view_layer, checked, look, with_panorama=images is not None, glossy=glossy, bakes=bakes
-        )
+    work = reading_scene(
+        scene, view_layer, checked, look, with_panorama=images is not None, glossy=glossy, bakes=bakes,
+        lent=lightmap_uvs.lent(uvs or {}),
+    )  # fmt: skip
+    core = yield from named("read", work)
     findings.extend(_check_light(core, scene))
     yield "checks", 0.0
     findings.extend(_check_geometry(core, objects))

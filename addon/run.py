@@ -9,6 +9,34 @@ their own: a step may last longer than a picture of the interface should, and ca
 import threading
 import time
 from collections.abc import Callable, Collection, Iterator
+from concurrent.futures import Future
+from contextvars import ContextVar
+from typing import TypeVar
+
+T = TypeVar("T")
+
+# The run that a step belongs to; None where work is done in one go, as scripts do it.
+current: ContextVar["Run | None"] = ContextVar("run", default=None)
+
+
+def aside(function: Callable[[], T]) -> Iterator[float]:
+    """`function()`, which touches nothing of Blender, out of a step on the main thread: beside a living window on a
+    thread of its own. A generator of progress; returns its value."""
+    beside = current.get()
+    if beside is None:
+        return function()
+    made = Future()
+
+    def work():
+        try:
+            made.set_result(function())
+        except BaseException as error:
+            made.set_exception(error)
+
+    threading.Thread(target=work, name="GI Bake", daemon=True).start()
+    beside.wait(made.done)
+    yield 0.0
+    return made.result()
 
 
 class Run:
@@ -27,6 +55,7 @@ class Run:
         self.begin = time.perf_counter()
         self._work, self._on_main, self._holding = work, on_main, holding
         self._thread: threading.Thread | None = None
+        self._until: Callable[[], bool] | None = None
         self._stop = threading.Event()
 
     @property
@@ -45,6 +74,10 @@ class Run:
         known = self.fraction > 0.02 and self.seconds > 0.5
         return self.seconds * (1 - self.fraction) / self.fraction if known else None
 
+    def wait(self, until: Callable[[], bool]) -> None:
+        """Called from a step: the next one is taken when `until` says so, which is asked once in a while."""
+        self._until = until
+
     def advance(self, seconds: float = 0.05) -> bool:
         """Goes on for about so long, or looks how the other thread is getting on; whether all has ended.
 
@@ -59,6 +92,8 @@ class Run:
                 if self._thread.is_alive():
                     break
                 self._thread = None
+            elif self._until and not self._until():
+                break
             elif self.stage and not self._on_main(self.stage):
                 # A daemon: a Blender that quits waits for no bake.
                 self._thread = threading.Thread(target=self._aside, name="GI Bake", daemon=True)
@@ -87,6 +122,7 @@ class Run:
             self._work.close()
 
     def _step(self) -> None:
+        self._until, token = None, current.set(self)
         try:
             fraction, stage = next(self._work)
         except StopIteration as stop:
@@ -95,6 +131,8 @@ class Run:
             self._end(None, error)
         else:
             self.fraction, self.stage = fraction, stage
+        finally:
+            current.reset(token)
 
     def _end(self, value: object, error: Exception | None) -> None:
         if not self.ended:

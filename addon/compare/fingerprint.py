@@ -8,12 +8,15 @@ new render; one that would be seen and did not count would be a lie, so what is 
 """
 
 import hashlib
+from collections.abc import Iterator
 from pathlib import Path
 
 import bpy
 import numpy as np
 
-from ..read.render_depsgraph import with_render_depsgraph
+from ...gi_core.tiles import whole
+from ..read.render_depsgraph import reading
+from ..read.turns import in_turns
 from .reference_scene import BOUNCES, CYCLES, RENDER
 
 # Of editors, of this session, or what is asked for anew with each reference.
@@ -39,10 +42,13 @@ _FOLLOWED = (
 _VALUES = {"FLOAT_VECTOR": "vector", "FLOAT2": "vector", "FLOAT_COLOR": "color", "BYTE_COLOR": "color"}
 
 
-def fingerprint(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> str:
+def fingerprinting(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer) -> Iterator[float]:
     """A digest of what Cycles sees in a view layer at the current frame, hexadecimal. Settings that a reference has of
-    its own (samples, bounces, resolution) are no part of it."""
-    return with_render_depsgraph(scene, view_layer, lambda depsgraph: _Digest().of(depsgraph))
+    its own (samples, bounces, resolution) are no part of it. A generator of progress."""
+    return (yield from reading(scene, view_layer, lambda depsgraph: _Digest().of(depsgraph)))
+
+
+fingerprint = whole(fingerprinting)
 
 
 class _Digest:
@@ -59,14 +65,14 @@ class _Digest:
         self.struct(layer.layer_collection)
         for block in (scene.world, layer.world_override, layer.material_override, scene.camera):
             self.value(block)
-        for instance in depsgraph.object_instances:
+        for instance in in_turns(depsgraph.object_instances):
             self.tell("instance", instance.object.name_full, tuple(map(tuple, instance.matrix_world)))
             self.tell(instance.show_self, instance.random_id, tuple(instance.uv), tuple(instance.orco))
             if self.first(instance.object):
                 self.struct(instance.object, {"matrix_world", "matrix_local", "bound_box"})
                 self.geometry(instance.object.data)
         # A list grows while it is gone through: what is found in one block leads to the next.
-        for block in self.waiting:
+        for block in in_turns(self.waiting):
             self.block(block)
         return self.hash.hexdigest()
 

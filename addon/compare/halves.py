@@ -20,7 +20,7 @@ import numpy as np
 
 from ...gi_core.tiles import whole, within
 from ..job import Job
-from .fingerprint import fingerprint
+from .fingerprint import fingerprinting
 from .reference import camera_passes, lightmap_passes, vertex_passes
 
 # Two sequences, neither the bakes' default, so that nothing agrees by chance.
@@ -74,7 +74,7 @@ def truth_in_steps(
     target = "corners" if job.target == "vertices" else job.target
     asked = {**terms, "target": target, "maps": maps, "layer": view_layer.name,
              "light": [kind for kind in ("direct", "indirect") if job.wants(kind)]}  # fmt: skip
-    seen = fingerprint(scene, view_layer)
+    seen = yield from fingerprinting(scene, view_layer)
     key = hashlib.sha256(f"{seen} {json.dumps(asked)}".encode()).hexdigest()
     path = Path(folder) / "reference.npz"
     if found := _read(path, key):
@@ -83,7 +83,7 @@ def truth_in_steps(
     work = [_rendered(scene, view_layer, job, resolution, maps, half, seed, go) for seed in SEEDS]
     one = yield from within(0, 0.5, work[0])
     other = yield from within(0.5, 1, work[1])
-    if fingerprint(scene, view_layer) != seen:
+    if (yield from within(1, 1, fingerprinting(scene, view_layer))) != seen:
         raise RuntimeError("The scene was changed while Cycles rendered it: compare again")
     light = {name: (one[name] + other[name]) / 2 for name in one}
     noise = {name: (one[name] - other[name]) / 2 for name in one}

@@ -10,6 +10,7 @@ import bpy
 from .. import preview
 from ..bake import Refused
 from ..preflight import Finding
+from ..read.render_depsgraph import is_going, is_read
 from ..redraw import redraw
 from ..run import Run
 from ..session import session
@@ -76,6 +77,8 @@ class Modal:
         except Exception as error:
             return self._fail(context.scene, error)
         self._run = session.run = Run(work, self._on_main(), self.holding)
+        # One that was cancelled may have left it.
+        self._run.wait(lambda: not is_going())
         session.of = self._scene
         self._timer = context.window_manager.event_timer_add(_TICK, window=context.window)
         context.window_manager.modal_handler_add(self)
@@ -96,7 +99,8 @@ class Modal:
             run.cancel()
             return {"RUNNING_MODAL"}
         if event.type != "TIMER":
-            return {"PASS_THROUGH"}
+            # What is deleted while Blender's render job goes through the file would end Blender.
+            return {"RUNNING_MODAL"} if is_read() and event.value != "NOTHING" else {"PASS_THROUGH"}
         if run.holds_file and not self._there():
             raise Refused([Finding("SCENE_GONE", "ERROR", "", "The scene or its view layer was removed.", "")])
         ended = run.advance(_STEP)

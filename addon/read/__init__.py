@@ -2,24 +2,26 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """From Blender to `gi_core.Scene`: one file per type of data, and the evaluated scene that they read from."""
 
+import contextlib
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import bpy
 
 from ...gi_core.scene import Scene, Texture
+from ...gi_core.tiles import whole
 from .camera import read_camera
 from .images import ImageReader
 from .lights import read_lights
 from .materials import MaterialReader
 from .objects import read_objects
 from .panorama import panorama
-from .render_depsgraph import with_render_depsgraph
+from .render_depsgraph import reading
 from .surface_bakes import SurfaceBakes
 from .world import read_environment, wants_panorama
 
 
-def read_scene(
+def reading_scene(
     scene: bpy.types.Scene,
     view_layer: bpy.types.ViewLayer,
     images: ImageReader | None = None,
@@ -27,13 +29,15 @@ def read_scene(
     with_panorama: bool = True,
     glossy: bool = False,
     bakes: SurfaceBakes | None = None,
-) -> Scene:
-    """`view_layer` of `scene`, as a render at the current frame sees it, as a `Scene`.
+    lent: contextlib.AbstractContextManager | None = None,
+) -> Iterator[float]:
+    """`view_layer` of `scene`, as a render at the current frame sees it, as a `Scene`. A generator of progress.
 
     images: reads textures, where it is not the usual reader. look: is shown the result beside the evaluated scene that
     it was read from. with_panorama: a world of nodes is rendered; otherwise its mean colour is taken. glossy: what
     surfaces reflect besides their diffuse part is read too. bakes: collects what of the materials only Cycles can tell:
-    `with_bakes` then gives the scene that has it. Without it, that is taken at its best constant.
+    `with_bakes` then gives the scene that has it. Without it, that is taken at its best constant. lent: what the file
+    has while it is evaluated.
 
     Raises ValueError where an image of a material or of the world cannot be read, and RuntimeError where Blender
     cannot render now. Call it where Blender's data may be changed: not inside a render, not while drawing.
@@ -49,7 +53,10 @@ def read_scene(
             look(core, depsgraph)
         return core
 
-    return with_render_depsgraph(scene, view_layer, read)
+    return (yield from reading(scene, view_layer, read, lent))
+
+
+read_scene = whole(reading_scene)
 
 
 def read_depsgraph(
@@ -92,7 +99,7 @@ def with_bakes(
     if not bakes.patches:
         return core
     uvs = yield from bakes.bake(scene)
-    materials, notes = with_render_depsgraph(scene, view_layer, bakes.materials.read_again)
+    materials, notes = yield from reading(scene, view_layer, bakes.materials.read_again)
     return replace(
         core,
         meshes=bakes.with_uvs(core.meshes, uvs),

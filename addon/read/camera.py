@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """The camera: lens, sensor and lens shift as a window on the plane z = −1."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import bpy
 import numpy as np
@@ -10,11 +10,14 @@ import numpy as np
 from ...gi_core.scene import Camera
 from ...gi_core.settings import SettingError
 from ..sentence import Sentence
-from .render_depsgraph import with_render_depsgraph
+from .render_depsgraph import reading
 
 
-def read_cameras(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, names: Sequence[str]) -> list[Camera]:
-    """Cameras by their objects' names, as a render at the current frame has them.
+def reading_cameras(
+    scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, names: Sequence[str]
+) -> Iterator[float]:
+    """Cameras by their objects' names, as a render at the current frame has them. A generator of progress; returns a
+    list of Camera.
 
     Raises SettingError for a name that is no camera's, or that of one which is not baked.
     """
@@ -28,7 +31,7 @@ def read_cameras(scene: bpy.types.Scene, view_layer: bpy.types.ViewLayer, names:
     for name in names:
         if name not in scene.objects or scene.objects[name].type != "CAMERA":
             raise SettingError(f"'{name}' is no camera of scene '{scene.name}'")
-    cameras = with_render_depsgraph(scene, view_layer, read)
+    cameras = yield from reading(scene, view_layer, read)
     for name, camera in zip(names, cameras):
         if camera is None:
             raise SettingError(f"camera '{name}' is neither perspective nor orthographic")

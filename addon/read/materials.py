@@ -15,6 +15,7 @@ from .nodes import Mismatch, Reading, node_tree, output_feed
 from .sources import constant
 from .surface_bakes import Patch, SurfaceBakes
 from .surfaces import Surface, principled_notes, read_surface, specular_share
+from .turns import in_turns
 
 
 def _default(glossy: bool) -> Material:
@@ -95,7 +96,7 @@ class MaterialReader:
     def read_again(self, depsgraph: bpy.types.Depsgraph) -> tuple[list[Material], list[str]]:
         """The same materials with what was baked, evaluated anew, and what is approximated now."""
         made, notes = [], []
-        for (material, patch, whole), before in zip(self._sources, self.read):
+        for (material, patch, whole), before in in_turns(zip(self._sources, self.read)):
             if material is None:
                 made.append(before)
                 notes += [note for note in _default_notes(self._glossy) if note not in notes]

@@ -11,6 +11,7 @@ from ...gi_core.scene import Instance, Mesh
 from ..object_options import object_options
 from ..sentence import Sentence
 from .meshes import read_mesh
+from .turns import in_turns
 
 # Types of object that render, but not as surfaces.
 _NO_SURFACES = {"CURVES", "GREASEPENCIL", "POINTCLOUD", "VOLUME"}
@@ -35,7 +36,7 @@ def read_objects(
     """
     meshes, instances, noted = [], [], set()
     known = {}  # what a mesh is made of -> index into meshes, None without triangles
-    for entry in depsgraph.object_instances:
+    for entry in in_turns(depsgraph.object_instances):
         source = entry.object
         if source.name not in noted:
             noted.add(source.name)

@@ -11,6 +11,7 @@ import contextlib
 import hashlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
+from functools import partial
 from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,6 +22,7 @@ import numpy as np
 from ...gi_core.scene import ColorSource, Mesh, Texture
 from ...gi_core.triangle_atlas import TriangleAtlas, triangle_atlas
 from ...gi_core.vectors import normalize
+from ..run import aside
 from ..sentence import Sentence
 from .expression import Expression, Key
 from .mesh_copies import MeshCopy
@@ -143,8 +145,8 @@ class SurfaceBakes:
                     if pixels is None:
                         studio = studio or gone.enter_context(_Studio(scene))
                         pixels = studio.baked(patch, expression, copy, atlases[where])
-                        pixels = self._cache.save(key, pixels)
                         yield done / len(self.patches)
+                        pixels = yield from aside(partial(self._kept, key, pixels, patch, expression, atlases[where]))
                     patch.textures[expression.wanted_as] = _source(expression.name, pixels, patch.uv)
                     if atlases[where].roughness(pixels) > _ROUGH:
                         said = Sentence("'{node}' has finer detail than its texture", node=expression.name)
@@ -152,6 +154,16 @@ class SurfaceBakes:
         self._cache.trim()
         self._meshes.clear()
         return uvs
+
+    def _kept(
+        self, key: str, pixels: np.ndarray, patch: Patch, expression: Expression, atlas: TriangleAtlas
+    ) -> np.ndarray:
+        """What Cycles baked as the texture that is kept: (h, w, 4), to (h, w, 3) with all texels. Away from Blender."""
+        pixels = np.nan_to_num(pixels[..., :3])
+        if expression.is_normal:  # from the world to the mesh's space, as normals go
+            pixels = normalize((2 * pixels - 1) @ patch.place.matrix[:3, :3].astype(np.float32))
+        atlas.complete(pixels)
+        return self._cache.save(key, pixels)
 
     def with_uvs(self, meshes: tuple[Mesh, ...], uvs: dict[int, dict[str, np.ndarray]]) -> tuple[Mesh, ...]:
         """Meshes with other UV maps, by their index."""
@@ -210,7 +222,7 @@ class _Studio:
         self._object = self._copy = None
 
     def baked(self, patch: Patch, expression: Expression, copy: MeshCopy, atlas: TriangleAtlas) -> np.ndarray:
-        """What an expression computes, at each texel of an atlas: (h, w, 3) float32."""
+        """What an expression computes, at the texels of an atlas that its triangles cover: (h, w, 4) float32."""
         if self._copy is not copy:
             self._clear()
             self._object, self._copy = copy.build("GI Bake"), copy
@@ -241,10 +253,6 @@ class _Studio:
             self._run(uv, patch)
             pixels = np.empty((atlas.height, atlas.width, 4), np.float32)
             image.pixels.foreach_get(pixels.reshape(-1))
-        pixels = np.nan_to_num(pixels[..., :3])
-        if is_normal:  # from the world to the mesh's space, as normals go
-            pixels = normalize((2 * pixels - 1) @ place.matrix[:3, :3].astype(np.float32))
-        atlas.complete(pixels)
         return pixels
 
     def _run(self, uv: str, patch: Patch) -> None:

@@ -17,9 +17,11 @@ STAGES = {
     "": "Starting", "read": "Reading the scene", "checks": "Looking for mistakes", "trees": "Building ray trees",
     "maps": "Light from lamps", "propagation": "Propagating light", "screen": "Screen passes",
     "points": "Finding points", "lamps": "Direct light", "gather": "Reflected light",
-    "denoise": "Filtering", "oidn": "Open Image Denoise", "gloss": "Reflections", "medium": "Fog",
+    "denoise": "Filtering", "oidn": "Open Image Denoise", "compositor": "Open Image Denoise", "gloss": "Reflections",
+    "medium": "Fog",
     "unwrap": "Making UV maps", "overlaps": "Looking at UV maps", "materials": "Baking materials",
-    "layout": "Laying out lightmaps", "signatures": "Laying out lightmaps", "borders": "Seams and borders",
+    "layout": "Laying out lightmaps", "packing": "Laying out lightmaps", "signatures": "Laying out lightmaps",
+    "borders": "Seams and borders",
     "cycles": "Cycles renders", "measure": "Measuring", "report": "Writing the report",
 }  # fmt: skip
 

@@ -154,9 +154,27 @@ def test_what_cannot_be_denoised_is_refused():
             oidn(wrong, albedo)
 
 
+@pytest.fixture
+def unreachable(monkeypatch):
+    """Blender's compositor has to call the library."""
+    monkeypatch.setattr(denoise.library, "library", lambda: None)
+
+
+@pytest.mark.parametrize("guided", [0, 1, 2])
+def test_the_library_makes_what_blenders_node_makes(noise, monkeypatch, guided):
+    row, column = np.mgrid[:40, :64].astype(np.float32)
+    image = noise(40, 64, 3) * column[..., None]
+    albedo = np.where(row[..., None] < 20, 0.2, 0.8) * np.ones(3, np.float32)
+    normal = np.where(column[..., None] < 20, (0, 0, 1), (1, 0, 0)).astype(np.float32)
+    assert denoise.library.library()
+    ours = oidn(image, *(albedo, normal)[:guided])
+    monkeypatch.setattr(denoise.library, "library", lambda: None)
+    assert np.allclose(ours, oidn(image, *(albedo, normal)[:guided]), rtol=1e-4, atol=1e-5)
+
+
 @pytest.mark.parametrize("fails", [False, True])
 @pytest.mark.parametrize("rendered", [False, True])
-def test_nothing_is_left_in_the_file(cornell, noise, monkeypatch, rendered, fails):
+def test_nothing_is_left_in_the_file(cornell, noise, monkeypatch, unreachable, rendered, fails):
     if rendered:
         cornell.render.engine = "CYCLES"
         cornell.cycles.samples, cornell.render.resolution_percentage = 1, 1
@@ -172,7 +190,7 @@ def test_nothing_is_left_in_the_file(cornell, noise, monkeypatch, rendered, fail
     assert everything() == before
 
 
-def test_a_blender_without_the_library_is_found_out_before_work(cornell, monkeypatch):
+def test_a_blender_without_the_library_is_found_out_before_work(cornell, monkeypatch, unreachable):
     check = partial(preflight.check, cornell, bpy.context.view_layer, denoise="oidn")
     assert not check()
     # Such a Blender's node hands its input on; so does one that is switched off.
@@ -219,6 +237,7 @@ def test_auto_takes_it_for_camera_images_with_noise_where_it_works(cornell, monk
     assert taken(method="lpv") == "bilateral"
     assert taken(target="lightmap", objects=("Tall box",)) == "bilateral"
     # As while Blender renders.
+    monkeypatch.setattr(denoise.library, "library", lambda: None)
     monkeypatch.setattr(denoise.exr, "read_layers", raising)
     assert taken() == "bilateral"
 

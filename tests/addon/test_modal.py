@@ -113,15 +113,23 @@ def test_what_touches_blender_stays_on_the_main_thread(gi, operator, monkeypatch
         return seen
 
     preflight, light = gi("addon.preflight"), gi("addon.bake")
-    called = (preflight, "read_scene"), (preflight, "_check_geometry"), (light, "read_cameras"), (light, "Tracer")
+    called = (
+        (preflight, "reading_scene"), (preflight, "_check_geometry"), (light, "reading_cameras"), (light, "Tracer"),
+    )  # fmt: skip
     for module, name in called:
         monkeypatch.setattr(module, name, noted(name, getattr(module, name)))
-    monkeypatch.setattr(gi("addon.denoise"), "oidn", noted("oidn", lambda image, *guides: image))
+    denoise = gi("addon.denoise")
+    monkeypatch.setattr(denoise.library, "denoised", noted("oidn", denoise.library.denoised))
+    monkeypatch.setattr(denoise, "_composited", noted("compositor", denoise._composited))
     bpy.context.scene.gi_bake.denoise = "OIDN"
     operator._start(operator.context)
     assert follow(operator) == {"FINISHED"}
-    on_main = {"read_scene", "read_cameras", "oidn"}
-    assert where == {name: name in on_main for name in (*on_main, "_check_geometry", "Tracer")}
+    on_main = {"reading_scene", "reading_cameras"}
+    assert where == {name: name in on_main for name in (*on_main, "_check_geometry", "Tracer", "oidn")}
+    where.clear()
+    monkeypatch.setattr(denoise.library, "library", lambda: None)
+    operator._start(operator.context)
+    assert follow(operator) == {"FINISHED"} and where["compositor"] and "oidn" not in where
 
 
 @pytest.mark.parametrize("by", ["esc", "button"])
@@ -139,6 +147,17 @@ def test_to_a_cancel_in_the_middle(gi, operator, by):
     assert session.run is None and left_over(operator) == [] and names() == before
     assert run.cancelled and run.value is None and run.error is None
     assert not bpy.context.scene.gi_bake.results
+
+
+def test_input_waits_while_the_file_is_read(gi, operator, monkeypatch):
+    deletes = SimpleNamespace(type="X", value="PRESS")
+    operator._start(operator.context)
+    assert operator.modal(operator.context, deletes) == {"PASS_THROUGH"}
+    monkeypatch.setattr(gi("addon.operators.modal"), "is_read", lambda: True)
+    assert operator.modal(operator.context, deletes) == {"RUNNING_MODAL"}
+    assert operator.modal(operator.context, SimpleNamespace(type="MOUSEMOVE", value="NOTHING")) == {"PASS_THROUGH"}
+    assert operator.modal(operator.context, ESC) == {"RUNNING_MODAL"}
+    assert follow(operator) == {"CANCELLED"} and left_over(operator) == []
 
 
 def test_to_an_error(gi, operator, monkeypatch):
@@ -199,12 +218,12 @@ def test_a_comparison_to_the_end(gi, comparison, monkeypatch):
 
         monkeypatch.setattr(module, name, seen)
 
-    noted(halves, "fingerprint"), noted(gi("addon.compare"), "write_report"), noted(gi("addon.baked"), "_pictures")
+    noted(halves, "fingerprinting"), noted(gi("addon.compare"), "write_report"), noted(gi("addon.baked"), "_pictures")
     assert comparison._start(comparison.context) == {"RUNNING_MODAL"}
     shares = []
     assert follow(comparison, lambda: shares.append(session.run.fraction if session.run else 1.0)) == {"FINISHED"}
     assert len(set(shares)) > 4 and shares == sorted(shares), "each go of Cycles is a step"
-    assert where == {"fingerprint": True, "write_report": False, "_pictures": False}
+    assert where == {"fingerprinting": True, "write_report": False, "_pictures": False}
     [line] = bpy.context.scene.gi_bake.results
     assert line.compared and len(line.comparisons) == 9 and session.run is None and left_over(comparison) == []
 
