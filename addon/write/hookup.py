@@ -175,14 +175,16 @@ def clear(scene: bpy.types.Scene) -> list[str]:
         found = placement(obj)
         if found:
             images.add(found.image)
-            meshes.add(obj.data)
         if forget(obj):
             names.append(obj.name)
+            meshes.add(obj.data)
     still = {found.image for obj in bpy.data.objects if (found := placement(obj))}
-    bpy.data.batch_remove([image for image in images - still if image.get(MARK)])
+    marks = {image[MARK].removesuffix(" Lightmap") for image in images - still if image.get(MARK)}
+    every = {f"{mark} {what}" for mark in marks for what in ("Lightmap", "Coverage", *(f"SH {k}" for k in range(4)))}
+    bpy.data.batch_remove([i for i in bpy.data.images if i.get(MARK) in every and i.library is None])
     shared = {obj.data for obj in bpy.data.objects if placement(obj)}
     for mesh in meshes - shared:
-        if lightmap_uvs.NAME in mesh.uv_layers and mesh.library is None:
+        if isinstance(mesh, bpy.types.Mesh) and lightmap_uvs.NAME in mesh.uv_layers and mesh.library is None:
             mesh.uv_layers.remove(mesh.uv_layers[lightmap_uvs.NAME])
     return names
 

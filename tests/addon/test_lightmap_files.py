@@ -204,12 +204,15 @@ def test_clearing_takes_all_that_a_bake_left(sample):
 
     before = state()
     names = ("Floor", "Ball 03", "Cylinder 04")
-    result = baked(scene, *names, atlas="all", resolution=64)
-    store(result, scene)
-    hookup.apply(scene)
-    assert state() != before and placement(scene.objects["Floor"]).image.name == "Scene Lightmap"
-    assert hookup.clear(scene) == sorted(names, key=[o.name for o in scene.objects].index)
-    assert state() == before
+    result = baked(scene, *names, atlas="all", resolution=64, directional=True)
+    for images_too in (False, True):
+        store(result, scene)
+        hookup.apply(scene)
+        assert state() != before and placement(scene.objects["Floor"]).image.name == "Scene Lightmap"
+        if images_too:  # by the user
+            bpy.data.batch_remove([image for image in bpy.data.images if image.name not in before[2]])
+        assert hookup.clear(scene) == sorted(names, key=[o.name for o in scene.objects].index)
+        assert state() == before
 
 
 def test_light_at_corners_keeps_hard_edges(cornell):
