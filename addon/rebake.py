@@ -9,6 +9,7 @@ what these reflect onto it stays as it was until all is baked again.
 import hashlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field, fields, is_dataclass, replace
+from functools import cache
 
 import bpy
 import numpy as np
@@ -27,14 +28,22 @@ def signatures(core: Scene, pages: Sequence[Page], method: str, settings: Settin
     chosen = {name: value for name, value in asdict(settings).items() if name not in _IDLE}
     common = _digest((method, sorted(chosen.items(), key=str), core.lights, core.environment))
     instances = {i.name: i for i in core.instances if not i.is_copy}
+
+    @cache
+    def shape(index: int) -> str:
+        mesh = core.meshes[index]
+        return _digest((mesh.vertices, mesh.triangles, mesh.normals, mesh.slots, mesh.uvs))
+
+    @cache
+    def material(index: int) -> str:
+        return _digest(core.materials[index])
+
     found = {}
     for page in pages:
         for place in page.places:
             instance = instances[place.name]
-            mesh = core.meshes[instance.mesh]
-            own = (mesh.vertices, mesh.triangles, mesh.normals, mesh.slots, mesh.uvs, instance.matrix, instance.casts)
-            materials = [core.materials[k] for k in instance.materials]
-            found[place.name] = _digest((common, own, materials, place, page.width, page.height))
+            own = shape(instance.mesh), instance.matrix, instance.casts, [material(k) for k in instance.materials]
+            found[place.name] = _digest((common, own, place, page.width, page.height))
     return found
 
 
