@@ -5,9 +5,7 @@
 import threading
 
 import bpy
-import gpu
 import numpy as np
-from gpu_extras.batch import batch_for_shader
 from mathutils import Matrix
 
 from ..gi_core.display import srgb
@@ -63,6 +61,10 @@ class Preview3D:
             self._handler = self._batch = None
 
     def _draw(self):
+        # Nothing of the card is touched before there is something to draw.
+        import gpu
+        from gpu_extras.batch import batch_for_shader
+
         view = bpy.context.region_data
         if bpy.context.scene.session_uid != self._scene or view is None:
             return
