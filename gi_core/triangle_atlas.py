@@ -25,7 +25,7 @@ _BORDER = 0.004
 
 # Second differences of samples at which a look-up between them may be off by 3/255, and every how many lines of texels
 # they are looked at.
-_BENT, _EVERY = 8 * 3 / 255, 8
+_BENT, _EVERY = 8 * 3 / 255, 16
 
 
 @dataclass(frozen=True)
