@@ -10,14 +10,11 @@ import numpy as np
 from ..gi_core.atlas import MOST, Asked, Page, single, together
 from ..gi_core.geometry import Geometry
 from ..gi_core.settings import SettingError, Settings
-from ..gi_core.tiles import slices, whole
+from ..gi_core.tiles import parts, whole
 from .object_options import object_options
 
 # Side of a lightmap where none is asked for: of one object, of several [texels].
 SIDE, ATLAS_SIDE = 256, 1024
-
-# Triangles looked at in one go; bounds the memory of large meshes.
-_PART = 1 << 20
 
 # The least side of a lightmap of several that follows from a density.
 _SMALL = 64
@@ -109,7 +106,7 @@ def _asked(geometry: Geometry, name: str, uv: str, factor: float) -> Asked:
     mesh, triangles = geometry.mesh_of(name)
     chosen = uv or mesh.active_uv
     uvs, filled = np.nan_to_num(mesh.uvs[chosen]), 0.0
-    for part in slices(len(uvs), _PART):
+    for part in parts(len(uvs)):
         a, b = (uvs[part, k].astype(np.float64) - uvs[part, 0] for k in (1, 2))
         filled += float(np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum() / 2)
     return Asked(

@@ -27,9 +27,6 @@ from .sentence import Sentence, said
 from .write import lightmap_uvs, volumes
 from .write.attributes import AttributeTargetError, check_targets
 
-# Triangles looked at in one go; bounds the memory of large meshes.
-_PART = 1 << 20
-
 _SURFACES = {"MESH", "CURVE", "FONT", "SURFACE", "META"}
 
 
@@ -258,7 +255,7 @@ def _check_geometry(core: Scene, objects: Sequence[str]) -> Iterator[Finding]:
     """Surfaces that no ray can hit."""
     finite = [_finite(mesh.vertices) for mesh in core.meshes]
     extended = [
-        any(_areas(mesh.vertices[mesh.triangles[part]]).any() for part in tiles.slices(len(mesh.triangles), _PART))
+        any(_areas(mesh.vertices[mesh.triangles[part]]).any() for part in tiles.parts(len(mesh.triangles)))
         for mesh in core.meshes
     ]
     for instance in core.instances:

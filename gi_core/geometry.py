@@ -9,11 +9,8 @@ import numpy as np
 
 from .scene import BLACK, ColorSource, Mesh, Scene
 from .texture import sample
-from .tiles import slices
+from .tiles import parts
 from .vectors import cross, dot, length, normalize, pick
-
-# Triangles looked at in one go; bounds the memory of large meshes.
-_PART = 1 << 20
 
 
 class Geometry:
@@ -67,7 +64,7 @@ class Geometry:
     def areas(self) -> np.ndarray:
         """Area of each triangle: (t,) float32 [m²]."""
         out = np.empty(len(self.triangles), np.float32)
-        for part in slices(len(out), _PART):
+        for part in parts(len(out)):
             a, b, c = np.moveaxis(self.vertices[self.triangles[part]], 1, 0)
             out[part] = length(cross(b - a, c - a)) / 2
         return out

@@ -15,7 +15,7 @@ import numpy as np
 from .atlas import Page, Place
 from .geometry import Geometry
 from .scene import Mesh
-from .tiles import slices
+from .tiles import parts
 
 # How much a texel's own value counts beside a pair's agreement: little, but enough that texels which pairs leave free
 # stay where they were; and more where light was found at its middle. The others lie beyond the seam, hold the light of
@@ -30,9 +30,6 @@ _SMOOTH = 0.99
 
 # Share of its light that a texel keeps at least: where pairs pull it below nothing it would be black on a lit face.
 _KEPT = 1 / 8
-
-# Edges looked at in one go; bounds the memory of large meshes.
-_PART = 1 << 20
 
 # Steps of conjugate gradients, how far the sides may disagree where they end, see `disagreement`, and how often they
 # are taken up again after light that fell below what is kept was brought back.
@@ -65,8 +62,8 @@ def seams(mesh: Mesh, uvs: np.ndarray, place: Place) -> Seams:
         return Seams(none, none)
     corner = _merged(mesh.vertices)[mesh.triangles]
     a, b = _edges_of_two(corner)
-    parts = [_cut(mesh, uvs, place, corner, a[part], b[part]) for part in slices(len(a), _PART)]
-    a, b = (np.concatenate(sides) for sides in zip((np.zeros((0, 2, 2)),) * 2, *parts))
+    cuts = [_cut(mesh, uvs, place, corner, a[part], b[part]) for part in parts(len(a))]
+    a, b = (np.concatenate(sides) for sides in zip((np.zeros((0, 2, 2)),) * 2, *cuts))
     length = np.maximum(*(np.linalg.norm(e[:, 1] - e[:, 0], axis=1) for e in (a, b)))
     pairs = np.maximum(1, np.ceil(length * _DENSITY)).astype(np.int64)
     edge = np.repeat(np.arange(len(a)), pairs)

@@ -13,6 +13,9 @@ from functools import wraps
 _threads = [os.cpu_count()]
 
 
+# Triangles, or edges, looked at in one go.
+_PART = 1 << 20
+
 # By thread: who asked it to work on a tile.
 _asker = threading.local()
 
@@ -26,6 +29,11 @@ def slices(n: int, size: int) -> list[slice]:
     """Consecutive slices of at most `size` that cover range(n)."""
     size = max(1, size)
     return [slice(i, min(i + size, n)) for i in range(0, n, size)]
+
+
+def parts(n: int) -> list[slice]:
+    """Consecutive slices that cover range(n), short enough that what is made of one of a large mesh is soon gone."""
+    return slices(n, _PART)
 
 
 def run(function: Callable[[slice], None], parts: list[slice]) -> Iterator[float]:
