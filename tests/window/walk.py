@@ -114,7 +114,9 @@ def walk():
     timed()
     yield lambda: True
     group = bpy.context.scene.gi_bake
-    group.target, group.resolution, group.samples, group.folder = TARGET, 64, 256, str(Path(FOLDER) / "baked")
+    group.target, group.resolution, group.folder = TARGET, 64, str(Path(FOLDER) / "baked")
+    # Vertices are few, and a bake is to have a middle.
+    group.samples = 4096 if TARGET == "VERTICES" else 256
     group.use_render_size, group.image_resolution, group.reference_samples = False, 240, 4
     with over("PROPERTIES"):
         bpy.ops.ed.undo_push(message="Original")
