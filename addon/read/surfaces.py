@@ -94,7 +94,9 @@ def _reflectance(source: Feed, reading: Reading, what: str) -> ColorSource:
 
 
 def _lowest(color: ColorSource) -> float:
-    return float((color.value if color.texture is None else color.value * color.texture.pixels.min((0, 1))).min())
+    # Bytes are nothing at the least, and not looked at.
+    plain = color.texture is None or color.texture.encoded is not None
+    return float((color.value if plain else color.value * color.texture.pixels.min((0, 1))).min())
 
 
 def _principled(source: Feed, reading: Reading) -> Surface:

@@ -95,6 +95,17 @@ def test_thousands_of_copies():
     assert baked(target="vertices", objects=("floor",)).light["floor"].valid.all()
 
 
+def test_an_object_that_was_just_deleted():
+    """Until Blender looks at its view layer again it is in there as nothing."""
+    square(name="floor", size=4.0)
+    gone = square(name="gone")
+    baked(target="lightmap", resolution=16)
+    bpy.data.objects.remove(gone)
+    assert None in list(bpy.context.view_layer.objects)
+    job = Job(target="lightmap", resolution=16, settings=RsmSettings(samples=4, map_resolution=8))
+    assert set(finish(bake(bpy.context.scene, bpy.context.view_layer, job)).light) == {"floor"}
+
+
 def test_meshes_without_faces():
     empty = bpy.data.meshes.new("empty")
     edges = bpy.data.meshes.new("edges")

@@ -367,6 +367,19 @@ def test_what_tells_sides_apart_or_is_too_fine_is_told():
     assert "tells sides apart" in core.approximated[0] and "finer detail" in core.approximated[1]
 
 
+def test_emission_below_nothing_is_none_and_told():
+    tree = material("dark")
+    color = tree.node("ShaderNodeMix", 2, {"data_type": "RGBA", "blend_type": "SUBTRACT"}, Factor=1.0, A=noise(tree),
+                      B=(0.5, 0.5, 0.5))  # fmt: skip
+    square(tree.surface(tree.node("ShaderNodeEmission", Color=color)))
+    tree = material("negative")
+    square(tree.surface(tree.node("ShaderNodeEmission", Color=(1.0, 0.5, 0.2), Strength=-2.0)))
+    core = read_baked()
+    pixels = core.materials[0].emission.texture.pixels
+    assert pixels.min() == 0 < pixels.max() and not core.materials[1].emission.value.any()
+    assert [note.split("'")[1] for note in core.approximated if "below nothing" in note] == ["dark", "negative"]
+
+
 def test_more_objects_than_textures_take_turns(monkeypatch):
     monkeypatch.setattr("gi_bake.addon.read.surface_bakes._OBJECTS", 3)
     thing = square(diffuse("random", lambda tree: tree.node("ShaderNodeObjectInfo", "Random")))
