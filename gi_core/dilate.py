@@ -38,34 +38,28 @@ def dilate(image: np.ndarray, valid: np.ndarray, margin: int) -> tuple[np.ndarra
     return grown, filled
 
 
-def spread_in(image: np.ndarray, known: np.ndarray, wanted: np.ndarray, levels: int = 6) -> np.ndarray:
-    """Gives wanted texels values out of known ones around them, smoothly; those further than 2^levels keep theirs.
+def spread_in(image: np.ndarray, known: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+    """Gives wanted texels values out of known ones around them, smoothly, however far these are.
 
     image: (h, w, c). known, wanted: (h, w) bool. Means of known texels over ever larger squares, of which each texel
     takes the smallest that has any (pull-push, Gortler et al. 1996, "The lumigraph").
     """
-    if not wanted.any():
+    if not wanted.any() or not known.any():
         return image
-    h, w = known.shape
-    shape = [-(-n // (1 << levels)) << levels for n in (h, w)]
-    weight = np.zeros((*shape, 1), np.float32)
-    weight[:h, :w, 0] = known
-    value = np.zeros((*shape, image.shape[-1]), np.float32)
-    value[:h, :w] = image * weight[:h, :w]
-    pyramid = [(value, weight)]
-    for _ in range(levels):
-        pyramid.append(tuple(a.reshape(len(a) // 2, 2, a.shape[1] // 2, 2, -1).mean((1, 3)) for a in pyramid[-1]))
-    coarse = None
+    weight = known[..., None].astype(np.float32)
+    pyramid = [(image * weight, weight)]
+    while len(weight) > 1 or weight.shape[1] > 1:
+        value, weight = (_halved(a) for a in pyramid[-1])
+        pyramid.append((value, weight))
+    filled = np.zeros((1, 1, image.shape[-1]), np.float32)
     for value, weight in reversed(pyramid):
-        here = np.divide(value, weight, out=np.zeros_like(value), where=weight > 0)
-        has = weight[..., 0] > 0
-        if coarse is not None:
-            wide, known_wide = (_doubled(a) for a in coarse)
-            here, has = np.where(has[..., None], here, wide), has | known_wide
-        coarse = here, has
-    filled, has = coarse[0][:h, :w], coarse[1][:h, :w]
-    return np.where((wanted & has)[..., None], filled, image)
+        wide = np.repeat(np.repeat(filled, 2, 0), 2, 1)[: len(weight), : weight.shape[1]]
+        filled = np.divide(value, weight, out=wide, where=weight > 0)
+    return np.where(wanted[..., None], filled, image)
 
 
-def _doubled(a: np.ndarray) -> np.ndarray:
-    return np.repeat(np.repeat(a, 2, 0), 2, 1)
+def _halved(a: np.ndarray) -> np.ndarray:
+    """Means over squares of four, of which the last hang over the edge: (h, w, c) -> (⌈h/2⌉, ⌈w/2⌉, c)."""
+    h, w, c = a.shape
+    even = np.pad(a, ((0, h % 2), (0, w % 2), (0, 0)))
+    return even.reshape((h + 1) // 2, 2, (w + 1) // 2, 2, c).mean((1, 3))

@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from gi_bake.gi_core import borders
 from gi_bake.gi_core.dilate import spread_in
 from gi_bake.gi_core.seams import Seams
@@ -45,13 +46,18 @@ def test_a_dark_map_stays_dark():
     assert not borders.dark(np.zeros((8, 8, 3), np.float32), valid).any()
 
 
-def test_spreading_in_is_smooth_and_reaches_only_so_far():
-    known = np.zeros((128, 128), bool)
+@pytest.mark.parametrize("shape", [(128, 128), (70, 101), (1, 9)])
+def test_spreading_in_is_smooth_and_reaches_all(shape):
+    known = np.zeros(shape, bool)
     known[:, 0] = True
-    image = np.zeros((128, 128, 1), np.float32)
+    image = np.zeros((*shape, 1), np.float32)
     image[:, 0] = 1
-    done = spread_in(image, known, ~known, levels=4)[..., 0]
-    assert np.allclose(done[:, :16], 1) and not done[:, 16:].any()
+    assert np.allclose(spread_in(image, known, ~known), 1)
     image[:, -1], known[:, -1] = 3, True
-    done = spread_in(image, known, ~known, levels=7)[..., 0]
+    done = spread_in(image, known, ~known)[..., 0]
     assert done.min() == 1 and done.max() == 3 and np.all(np.diff(done, axis=1) >= -1e-6)
+    wanted = np.zeros(shape, bool)
+    wanted[:, 3] = True
+    only = spread_in(image, known, wanted)[..., 0]
+    assert np.array_equal(only[:, 3], done[:, 3]) and np.array_equal(only[~wanted], image[~wanted, 0])
+    assert np.array_equal(spread_in(image, ~known & known, wanted), image)
