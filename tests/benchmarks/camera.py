@@ -85,10 +85,10 @@ def race(
     return found
 
 
-def sooner(found: dict[str, list[dict]]) -> list[float | None]:
-    """For each of our pictures how many times as long Cycles takes to its error, by processor time; None where none of
-    Cycles' pictures is so near."""
-    curves = {k: [{**row, "seconds": row["processor [s]"], "relmse": max(row["relmse"], 1e-9)} for row in rows]
+def sooner(found: dict[str, list[dict]], clock: str = "processor [s]") -> list[float | None]:
+    """For each of our pictures how many times as long Cycles takes to its error, by the clock's column; None where none
+    of Cycles' pictures is so near."""
+    curves = {k: [{**row, "seconds": row[clock], "relmse": max(row["relmse"], 1e-9)} for row in rows]
               for k, rows in found.items()}  # fmt: skip
     there = [time_at(curves[DENOISED], row["relmse"]) for row in curves[OURS]]
     return [seconds and seconds / row["seconds"] for seconds, row in zip(there, curves[OURS])]
