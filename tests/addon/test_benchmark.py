@@ -5,7 +5,7 @@
 import sys
 
 import pytest
-from gi_bake.tests.benchmarks import suite, tables
+from gi_bake.tests.benchmarks import camera, suite, tables
 from gi_bake.tests.benchmarks.worker import Worker
 
 ANSWERS = """
@@ -91,6 +91,16 @@ def test_who_is_sooner_at_the_same_error():
     sooner = "at the same error in 2: a fast (5 ×), a near; **Cycles is sooner in 2**: a slow (20 ×), a poor (2 ×);"
     assert sooner in text
     assert "- image: " in text and "; 1 are within" in text
+
+
+def test_a_camera_image_is_as_much_sooner_as_cycles_curve_says():
+    def curve(*rows):
+        return [{"samples": 1, "seconds": 9.0, "processor [s]": s, "relmse": e} for s, e in rows]
+
+    # In logarithms halfway between a second and a hundred; worse than Cycles' first picture; better than its last.
+    ours = curve((2.0, 0.01), (4.0, 0.5), (3.0, 0.0001))
+    found = {camera.OURS: ours, camera.DENOISED: curve((1.0, 0.1), (100.0, 0.001))}
+    assert camera.sooner(found) == [pytest.approx(5), pytest.approx(0.25), None]
 
 
 def test_tables_have_each_row_an_earlier_run_and_remarks():

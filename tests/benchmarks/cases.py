@@ -32,6 +32,7 @@ with quiet():
     from gi_bake.addon.write import lightmap_uvs
 
 import numpy as np
+from camera import OURS, race, sooner
 from gi_bake.gi_core import kernels, metrics, tiles
 from gi_bake.gi_core.geometry import Geometry
 from gi_bake.gi_core.scene import ColorSource, Instance, Material, Mesh, Scene
@@ -140,6 +141,17 @@ def cycles(name, side, reference, settings, folder, counts=CYCLES_SAMPLES):
     }  # fmt: skip
 
 
+def camera(name, side, bounces, counts, reference, runs):
+    """Error over time of RSM's camera image and of Cycles', both denoised."""
+    found = race(*opened(name), side, bounces, counts, reference, runs)
+    for row, ratio in zip(found[OURS], sooner(found, "seconds")):
+        row["Cycles, same error"] = ratio * row["seconds"] if ratio else "not reached"
+    return {
+        f"{name} {label}, {row.pop('samples')} samples": {"relMSE": row.pop("relmse"), **row}
+        for label, rows in found.items() for row in rows
+    }  # fmt: skip
+
+
 def reading(name):
     """Reading a scene out of Blender, and its trees."""
     scene, view_layer = opened(name)
@@ -244,7 +256,7 @@ def cells(count):
     return {f"volume, {count}³ cells": row}
 
 
-CASES = {f.__name__: f for f in (sample, cycles, reading, rays, of_kernels, triangles, texels, lights, cells)}
+CASES = {f.__name__: f for f in (sample, cycles, camera, reading, rays, of_kernels, triangles, texels, lights, cells)}
 
 
 def main():

@@ -32,6 +32,7 @@ SCENES = ("cornell", "sunlit_room", "thin_wall", "corridor", "emissive", "props"
 FULL = {
     "limit": 600, "side": 128, "texels": 64, "objects": 6, "settings": {},
     "reference": {"image": 1024, "lightmap": 256, "vertices": 256}, "cycles": (1, 4, 16, 64, 256),
+    "camera": {"side": 256, "bounces": 4, "counts": (4, 8, 16, 64), "reference": 1024, "runs": 2},
     "triangles": (10_000, 100_000, 1_000_000, 10_000_000), "texel counts": (64, 256, 1024, 4096),
     "lights": (1, 4, 16, 64, 256), "cells": (16, 32, 64, 128),
 }  # fmt: skip
@@ -40,6 +41,7 @@ QUICK = {
     "settings": {"samples": 8, "light_samples": 8, "map_resolution": 64, "cells": 16, "cascades": 1, "frames": 2,
                  "probe_cells": 4, "probe_rays": 64},
     "reference": {"image": 32, "lightmap": 32, "vertices": 32}, "cycles": (1, 8),
+    "camera": {"side": 32, "bounces": 4, "counts": (4, 8), "reference": 32, "runs": 1},
     "triangles": (10_000, 100_000, 1_000_000), "texel counts": (64, 128, 256), "lights": (1, 4, 16),
     "cells": (16, 32, 64),
 }  # fmt: skip
@@ -66,6 +68,7 @@ def plan_of(sizes: dict, folder: Path) -> Iterator[list[tuple[str, dict]]]:
             ),
             ("cycles", {"name": name, "counts": sizes["cycles"], **common}),
         ]
+    yield [("camera", {"name": "cornell", **sizes["camera"]})]
     yield [("rays", {})]
     yield [("of_kernels", {k: sizes[k] for k in ("side", "settings")})]
     for case in GROWING:

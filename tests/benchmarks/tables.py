@@ -8,6 +8,7 @@ from pathlib import Path
 TITLES = {
     "Samples": ("sample",),
     "Cycles’ camera images": ("cycles",),
+    "A camera image at four bounces, both denoised": ("camera",),
     "Reading scenes": ("reading",),
     "Rays": ("rays",),
     "Kernels": ("of_kernels",),
