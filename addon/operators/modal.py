@@ -100,7 +100,8 @@ class Modal:
             return {"RUNNING_MODAL"}
         if event.type != "TIMER":
             # What is deleted while Blender's render job goes through the file would end Blender.
-            return {"RUNNING_MODAL"} if is_read() and event.value != "NOTHING" else {"PASS_THROUGH"}
+            waits = is_read() and event.value != "NOTHING" and not _on_panels(context, event)
+            return {"RUNNING_MODAL"} if waits else {"PASS_THROUGH"}
         if run.holds_file and not self._there():
             raise Refused([Finding("SCENE_GONE", "ERROR", "", "The scene or its view layer was removed.", "")])
         ended = run.advance(_STEP)
@@ -152,3 +153,13 @@ class Modal:
             self._timer = None
         self._preview.remove()
         redraw(context)
+
+
+def _on_panels(context, event) -> bool:
+    """Whether it is a click on panels, as on Cancel: they delete no object."""
+    return event.type == "LEFTMOUSE" and any(
+        0 <= event.mouse_x - region.x < region.width and 0 <= event.mouse_y - region.y < region.height
+        for area in context.window.screen.areas
+        for region in area.regions
+        if area.type == "PROPERTIES" or region.type == "UI"
+    )

@@ -156,6 +156,12 @@ def test_input_waits_while_the_file_is_read(gi, operator, monkeypatch):
     monkeypatch.setattr(gi("addon.operators.modal"), "is_read", lambda: True)
     assert operator.modal(operator.context, deletes) == {"RUNNING_MODAL"}
     assert operator.modal(operator.context, SimpleNamespace(type="MOUSEMOVE", value="NOTHING")) == {"PASS_THROUGH"}
+    panels = SimpleNamespace(type="WINDOW", x=100, y=0, width=50, height=50)
+    area = SimpleNamespace(type="PROPERTIES", regions=[panels])
+    operator.context.window = SimpleNamespace(screen=SimpleNamespace(areas=[area]))
+    for x, answer in ((120, "PASS_THROUGH"), (90, "RUNNING_MODAL"), (150, "RUNNING_MODAL")):
+        click = SimpleNamespace(type="LEFTMOUSE", value="PRESS", mouse_x=x, mouse_y=20)
+        assert operator.modal(operator.context, click) == {answer}, "the panel's button cancels"
     assert operator.modal(operator.context, ESC) == {"RUNNING_MODAL"}
     assert follow(operator) == {"CANCELLED"} and left_over(operator) == []
 
