@@ -50,7 +50,7 @@ def race(
     """OURS and DENOISED -> a row for each of so many samples: "samples", "seconds", "processor [s]", "relmse", "bias".
 
     reference: samples of both references together.
-    """  # fmt: skip
+    """
     render = scene.render
     size = render.resolution_x, render.resolution_y
     size = tuple(max(1, round(n * side / max(size))) for n in size)

@@ -64,6 +64,18 @@ def test_the_squared_weight_is_biased_where_light_comes_from_near_by():
     assert literal < 0.7 * expected
 
 
+def test_what_is_near_in_the_map_may_be_far_away():
+    """Under a small roof the disk around a point's place in the map holds the roof's upper side, not what lights it."""
+    roof = shapes.plate(0.9, 0.2, name="roof")
+    tracer = shapes.tracer([shapes.plate(0, 1), roof], [shapes.lamp("SUN", 2.0, (0, 0, 5))])
+    under = facing((0, 0, 0.8), n=64)
+    expected = square_over_element(1, 0.8) - square_over_element(0.2, 0.8)
+    assert np.isclose(irradiance(tracer, under).mean(), expected, rtol=0.01)
+    disk = replace(SETTINGS, pattern="disk")
+    assert irradiance(tracer, under, replace(disk, disk_radius=0.09)).max() == 0
+    assert irradiance(tracer, under, disk).mean() < 0.7 * expected
+
+
 def test_tilted_ground_keeps_a_suns_flux():
     """Flux of an orthographic texel has no cosine: what a tilted plate intercepts it sends on."""
     slope = shapes.quad((-1, -1, -1), (1, -1, -1), (1, 1, 1), (-1, 1, 1))
