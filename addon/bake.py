@@ -353,7 +353,7 @@ def _margin(settings: Settings, camera: Camera | None) -> tuple[int, int]:
     """Rows beyond its own that a tile works out, so that filters find their neighbours, and rows that stay together."""
     subpixels = settings.antialias if camera else 1
     cell = getattr(settings, "interpolation", 1) * subpixels if camera else 1
-    margin = images.reach(settings.denoise_passes) if settings.smooths else 0
+    margin = images.reach(settings.denoise_passes, subpixels) if settings.smooths else 0
     margin += cell if cell > subpixels else 0
     return -(-margin // cell) * cell, cell
 

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Receivers laid out as images: surfels to pixels, and what a camera's subpixels make of a pixel."""
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -29,9 +30,15 @@ def spread(values: np.ndarray, place: np.ndarray, shape: tuple[int, int]) -> np.
     return image.reshape(*shape, -1)
 
 
-def reach(passes: int) -> int:
+def reach(passes: int, subpixels: int = 1) -> int:
     """How far light that was `smoothed` depends on its neighbours [subpixels]."""
-    return filter_reach(passes) + filter_reach(_NEAR)
+    return filter_reach(passes) + filter_reach(_near(subpixels))
+
+
+def _near(subpixels: int) -> int:
+    """Passes that reach as far over pixels as _NEAR does without subpixels: these share their pixel's light, and know
+    no more of its noise together than one does."""
+    return _NEAR + math.ceil(math.log2(subpixels))
 
 
 def smoothed(
@@ -44,13 +51,14 @@ def smoothed(
     tracer: Tracer | None = None,
     island: np.ndarray | None = None,
     device: Device = NUMPY,
+    subpixels: int = 1,
 ) -> Iterator[float]:
     """Irradiance of an image's surfels, filtered along surfaces: (n, 3 k) -> (n, 3 k).
 
     place: (n,) of each in an image of `shape`. variance: (n, 3) of the k parts' sum; where it is known what the filter
     takes beyond noise is given back. tracer: finds the walls that the filter must not cross in a lightmap; what one
     camera sees needs none. island: (h,) number of each row's image, where several stand one above the other.
-    A generator of progress; returns the values.
+    subpixels: of a pixel along each axis. A generator of progress; returns the values.
     """
     lit = np.flatnonzero(irradiance.any(0))
     if not len(lit):
@@ -64,7 +72,7 @@ def smoothed(
         change = noisy - image
         taken = sum(sum(change[..., k] for k in np.flatnonzero(lit % 3 == c)) ** 2 for c in range(3))
         both = np.stack([taken, spread(variance.sum(-1, keepdims=True), place, shape)[..., 0]], -1)
-        taken, noise = np.moveaxis((yield from smooth(both, position, normal, _NEAR, walls, device)), -1, 0)
+        taken, noise = np.moveaxis((yield from smooth(both, position, normal, _near(subpixels), walls, device)), -1, 0)
         image += detail(taken, noise)[..., None] * change
     smooth_light = np.zeros_like(irradiance)
     smooth_light[:, lit] = pick(image.reshape(shape[0] * shape[1], -1), place)

@@ -244,6 +244,7 @@ class TileLight:
         noisy = values if self.technique.noisy(self.settings) and self.coarse is None else values[:, :1]
         flat, variance = noisy.reshape(len(points), -1), estimate.variance
         smooth = yield from images.smoothed(
-            flat, points, place, tile.shape, passes, variance, walls, island, self.tracer.device
-        )
+            flat, points, place, tile.shape, passes, variance, walls, island, self.tracer.device,
+            tile.bands[0].receiver.subpixels,
+        )  # fmt: skip
         return np.concatenate([smooth.reshape(noisy.shape), values[:, noisy.shape[1] :]], 1)
