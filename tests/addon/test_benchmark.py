@@ -101,6 +101,9 @@ def test_a_camera_image_is_as_much_sooner_as_cycles_curve_says():
     ours = curve((2.0, 0.01), (4.0, 0.5), (3.0, 0.0001))
     found = {camera.OURS: ours, camera.DENOISED: curve((1.0, 0.1), (100.0, 0.001))}
     assert camera.sooner(found) == [pytest.approx(5), pytest.approx(0.25), None]
+    # To Cycles' last picture, 0.001, ours takes halfway between 2 s and 3 s; its first is no better than ours at 2 s.
+    both = "RSM is sooner at relMSE 0.00100 (40.82 ×), 0.01000 (5.00 ×); Cycles is sooner at relMSE 0.10000 (2.00 ×)"
+    assert camera.verdict(found) == f"{both}, 0.50000 (4.00 ×)"
 
 
 def test_tables_have_each_row_an_earlier_run_and_remarks():

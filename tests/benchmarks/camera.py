@@ -85,13 +85,27 @@ def race(
     return found
 
 
-def sooner(found: dict[str, list[dict]], clock: str = "processor [s]") -> list[float | None]:
-    """For each of our pictures how many times as long Cycles takes to its error, by the clock's column; None where none
-    of Cycles' pictures is so near."""
+def sooner(
+    found: dict[str, list[dict]], clock: str = "processor [s]", ours: str = OURS, theirs: str = DENOISED
+) -> list[float | None]:
+    """For each of our pictures how many times as long theirs take to its error, by the clock's column; None where none
+    of theirs is so near."""
     curves = {k: [{**row, "seconds": row[clock], "relmse": max(row["relmse"], 1e-9)} for row in rows]
               for k, rows in found.items()}  # fmt: skip
-    there = [time_at(curves[DENOISED], row["relmse"]) for row in curves[OURS]]
-    return [seconds and seconds / row["seconds"] for seconds, row in zip(there, curves[OURS])]
+    there = [time_at(curves[theirs], row["relmse"]) for row in curves[ours]]
+    return [seconds and seconds / row["seconds"] for seconds, row in zip(there, curves[ours])]
+
+
+def verdict(found: dict[str, list[dict]], clock: str = "processor [s]") -> str:
+    """At which errors who is sooner, in words: at those of all pictures that both curves reach."""
+    pairs = [(row["relmse"], ratio) for row, ratio in zip(found[OURS], sooner(found, clock)) if ratio]
+    back = sooner(found, clock, DENOISED, OURS)
+    pairs += [(row["relmse"], 1 / ratio) for row, ratio in zip(found[DENOISED], back) if ratio]
+    said = {
+        "RSM": ", ".join(f"{error:.5f} ({ratio:.2f} ×)" for error, ratio in sorted(pairs) if ratio > 1),
+        "Cycles": ", ".join(f"{error:.5f} ({1 / ratio:.2f} ×)" for error, ratio in sorted(pairs) if ratio <= 1),
+    }
+    return "; ".join(f"{who} is sooner at relMSE {errors or 'none'}" for who, errors in said.items())
 
 
 def main():
@@ -118,9 +132,11 @@ def main():
                 f"{row['processor [s]']:6.2f} s   relMSE {row['relmse']:.5f}   bias {row['bias']:+.2%}"
                 + (f"   Cycles takes {ratio:.2f} × as long" if ratio else "")
             )
+    said = {clock: verdict(found, clock) for clock in ("seconds", "processor [s]")}
+    lines += [f"  by {clock}: {text}" for clock, text in said.items()]
     if a.json:
         asked = {k: v for k, v in vars(a).items() if k != "json"}
-        a.json.write_text(json.dumps({"cores": os.cpu_count(), **asked, "curves": found}, indent=1))
+        a.json.write_text(json.dumps({"cores": os.cpu_count(), **asked, "curves": found, "verdict": said}, indent=1))
     os.write(1, ("\n".join(lines) + "\n").encode())
 
 

@@ -31,6 +31,8 @@ with quiet():
     from gi_bake.addon.read.images import ImageReader
     from gi_bake.addon.write import lightmap_uvs
 
+import convergence as falling
+import lightmaps as many
 import numpy as np
 from camera import OURS, race, sooner
 from gi_bake.gi_core import kernels, metrics, tiles
@@ -152,6 +154,22 @@ def camera(name, side, bounces, counts, reference, runs):
     }  # fmt: skip
 
 
+def convergence(name, side, reference, counts):
+    """How the error of RSM's camera image falls with samples, without a denoiser, and what three bounces are off."""
+    found = falling.one_scene(name, side, reference, counts)
+    rows = {f"{name} {count} samples": {**row, "noise": found["noise"]} for count, row in found["samples"].items()}
+    rows[f"{name} {counts[-1]} samples"]["p of relMSE ~ Nᵖ"] = found["slope"]
+    return {**rows, f"{name} 256 samples, three bounces": found["three bounces"]}
+
+
+def lightmaps(name, side, cycles_samples, samples, interpolation, objects, reference):
+    """Lightmaps of many objects, ours and those of Cycles' `object.bake`, both denoised."""
+    asked = side, cycles_samples, samples, interpolation, objects, reference
+    rows, count, _ = many.pair(*opened(name), *asked)
+    rows["GI Bake"]["Cycles, seconds / ours"] = rows["Cycles"]["seconds"] / rows["GI Bake"]["seconds"]
+    return {f"{name} {count} of {side}², {who}": row for who, row in rows.items()}
+
+
 def reading(name):
     """Reading a scene out of Blender, and its trees."""
     scene, view_layer = opened(name)
@@ -256,7 +274,8 @@ def cells(count):
     return {f"volume, {count}³ cells": row}
 
 
-CASES = {f.__name__: f for f in (sample, cycles, camera, reading, rays, of_kernels, triangles, texels, lights, cells)}
+_ALL = (sample, cycles, camera, convergence, lightmaps, reading, rays, of_kernels, triangles, texels, lights, cells)
+CASES = {f.__name__: f for f in _ALL}
 
 
 def main():

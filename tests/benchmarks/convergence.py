@@ -50,7 +50,7 @@ def measured(scene, view_layer, job, halves, mask):
     return {"seconds": seconds, "relMSE": float(error), "bias": metrics.bias(ours, mean)}
 
 
-def one_scene(name, resolution, reference_samples):
+def one_scene(name, resolution, reference_samples, counts=COUNTS):
     bpy.ops.wm.open_mainfile(filepath=str(SAMPLES / f"{name}.blend"))
     scene, view_layer = bpy.context.scene, bpy.context.view_layer
     size = scene.render.resolution_x, scene.render.resolution_y
@@ -64,12 +64,12 @@ def one_scene(name, resolution, reference_samples):
 
     reference, noise, mask = cycles(1, reference_samples)
     rows = {}
-    for count in COUNTS:
+    for count in counts:
         job = Job(resolution=resolution, settings=RsmSettings(samples=count, denoise="none", antialias=ANTIALIAS))
         rows[count] = measured(scene, view_layer, job, reference, mask)
     # The slope of a straight line through log error over log samples.
     own = [max(r["relMSE"], 1e-9) for r in rows.values()]
-    slope = float(np.polyfit(np.log(COUNTS), np.log(own), 1)[0])
+    slope = float(np.polyfit(np.log(counts), np.log(own), 1)[0])
     deep, deep_noise, _ = cycles(3, reference_samples)
     job = Job(resolution=resolution, settings=RsmSettings(samples=256, denoise="none", antialias=ANTIALIAS, bounces=3))
     three = measured(scene, view_layer, job, deep, mask) | {"noise": deep_noise}

@@ -62,6 +62,37 @@ def error(maps, references, light):
     return {"relMSE": float(relative.mean()), "bias": metrics.bias(np.concatenate(ours), np.concatenate(theirs))}
 
 
+def pair(scene, view_layer, resolution, cycles_samples, samples, interpolation, objects, reference):
+    """"GI Bake" and "Cycles" -> seconds, relMSE and bias, and how many objects were baked and compared."""
+    meshes = [obj for obj in view_layer.objects if obj.type == "MESH"]
+    lightmap_uvs.make(scene, view_layer, [obj.name for obj in meshes], resolution)
+    # Props first: rooms and shelves come after what is baked most.
+    names = [obj.name for obj in sorted(meshes, key=lambda o: (o.data.name.lower() in ("floor", "wall"), o.name))]
+    names = names[:objects]
+    uv_maps = {name: lightmap_uvs.chosen(bpy.data.objects[name].data) for name in names}
+    settings = RsmSettings(samples=samples, interpolation=interpolation, light="indirect")
+    job = Job(target="lightmap", objects=tuple(names), resolution=resolution, settings=settings)
+
+    begin = time.perf_counter()
+    result = tiles.finish(bake(scene, view_layer, job))
+    our_seconds = time.perf_counter() - begin
+
+    begin = time.perf_counter()
+    cycles = lightmap_reference(scene, view_layer, uv_maps, resolution, cycles_samples, 1, 3)
+    cycles_seconds = time.perf_counter() - begin
+
+    # What is all metal has no diffuse light in Cycles.
+    lit = [name for name in names if cycles[name][..., :3].any()]
+    few = {name: uv_maps[name] for name in lit[:: max(1, len(lit) // reference)][:reference]}
+    references = [lightmap_reference(scene, view_layer, few, resolution, 512, 1, seed) for seed in (5, 6)]
+    geometry = Geometry(read_scene(scene, view_layer))
+    smooth = denoised({n: cycles[n] for n in few}, geometry, few, resolution, settings.denoise_passes)
+    ours = error({n: result.light[n].indirect for n in few}, references, result.light)
+    theirs = error(smooth, references, result.light)
+    rows = {"GI Bake": {"seconds": our_seconds, **ours}, "Cycles": {"seconds": cycles_seconds, **theirs}}
+    return rows, len(names), len(few)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scene", default="props")
@@ -77,57 +108,21 @@ def main():
     with quiet():
         bpy.ops.wm.open_mainfile(filepath=str(SAMPLES / f"{a.scene}.blend"))
         scene, view_layer = bpy.context.scene, bpy.context.view_layer
-        objects = [obj for obj in view_layer.objects if obj.type == "MESH"]
-        lightmap_uvs.make(scene, view_layer, [obj.name for obj in objects], a.resolution)
-        # Props first: rooms and shelves come after what is baked most.
-        names = [obj.name for obj in sorted(objects, key=lambda o: (o.data.name.lower() in ("floor", "wall"), o.name))]
-        names = names[: a.objects]
-        uv_maps = {name: lightmap_uvs.chosen(bpy.data.objects[name].data) for name in names}
-        settings = RsmSettings(samples=a.samples, interpolation=a.interpolation, light="indirect")
-
-        begin = time.perf_counter()
-        result = tiles.finish(
-            bake(
-                scene,
-                view_layer,
-                Job(target="lightmap", objects=tuple(names), resolution=a.resolution, settings=settings),
-            )
-        )
-        our_seconds = time.perf_counter() - begin
-
-        begin = time.perf_counter()
-        cycles = lightmap_reference(scene, view_layer, uv_maps, a.resolution, a.cycles_samples, 1, 3)
-        cycles_seconds = time.perf_counter() - begin
-
-        # What is all metal has no diffuse light in Cycles.
-        lit = [name for name in names if cycles[name][..., :3].any()]
-        few = {name: uv_maps[name] for name in lit[:: max(1, len(lit) // a.reference)][: a.reference]}
-        references = [lightmap_reference(scene, view_layer, few, a.resolution, 512, 1, seed) for seed in (5, 6)]
-        geometry = Geometry(read_scene(scene, view_layer))
-        smooth = denoised({n: cycles[n] for n in few}, geometry, few, a.resolution, settings.denoise_passes)
-
-    ours = error({n: result.light[n].indirect for n in few}, references, result.light)
-    theirs = error(smooth, references, result.light)
-    report = {
-        "scene": a.scene,
-        "objects": len(names),
-        "resolution": a.resolution,
-        "cores": os.cpu_count(),
-        "GI Bake": {
-            "seconds": our_seconds, **ours, "settings": {"samples": a.samples, "interpolation": a.interpolation},
-        },
-        "Cycles": {"seconds": cycles_seconds, **theirs, "settings": {"samples": a.cycles_samples}},
-        "times faster": cycles_seconds / our_seconds,
-    }
+        asked = a.resolution, a.cycles_samples, a.samples, a.interpolation, a.objects, a.reference
+        rows, objects, compared = pair(scene, view_layer, *asked)
+    rows["GI Bake"]["settings"] = {"samples": a.samples, "interpolation": a.interpolation}
+    rows["Cycles"]["settings"] = {"samples": a.cycles_samples}
+    times = rows["Cycles"]["seconds"] / rows["GI Bake"]["seconds"]
+    asked = {"scene": a.scene, "objects": objects, "resolution": a.resolution, "cores": os.cpu_count()}
     if a.json:
-        a.json.write_text(json.dumps(report, indent=1))
-    lines = [f"{a.scene}: {len(names)} lightmaps of {a.resolution}², indirect, one bounce, {os.cpu_count()} cores"]
+        a.json.write_text(json.dumps({**asked, **rows, "times faster": times}, indent=1))
+    lines = [f"{a.scene}: {objects} lightmaps of {a.resolution}², indirect, one bounce, {os.cpu_count()} cores"]
     for name in ("GI Bake", "Cycles"):
-        r = report[name]
+        r = rows[name]
         lines.append(
             f"  {name:<8}{r['seconds']:8.2f} s   relMSE {r['relMSE']:.4f}   bias {r['bias']:+.2%}   {r['settings']}"
         )
-    lines.append(f"  {report['times faster']:.0f} times faster; errors on {len(few)} objects, both denoised")
+    lines.append(f"  {times:.0f} times faster; errors on {compared} objects, both denoised")
     os.write(1, ("\n".join(lines) + "\n").encode())
 
 

@@ -4,7 +4,8 @@
 
     python tests/benchmarks/suite.py [--quick] [--output FOLDER] [--previous bench.json] [--only WORD] [--readme FILE]
 
-Every sample scene with each technique for each target against Cycles, Cycles' own curve, reading scenes, rays, kernels,
+Every sample scene with each technique for each target against Cycles, Cycles' own curve, RSM's camera image beside it,
+how RSM's error falls with samples, many lightmaps beside Cycles' bakes, reading scenes, rays, kernels,
 and how time grows with triangles, texels, lamps and cells. `--quick` takes small pictures and few samples of all of it.
 Both files are written anew after each case; a case that fails says so in its row.
 """
@@ -33,6 +34,9 @@ FULL = {
     "limit": 600, "side": 128, "texels": 64, "objects": 6, "settings": {},
     "reference": {"image": 1024, "lightmap": 256, "vertices": 256}, "cycles": (1, 4, 16, 64, 256),
     "camera": {"side": 256, "bounces": 4, "counts": (4, 8, 16, 64), "reference": 1024, "runs": 2},
+    "convergence": {"side": 64, "reference": 4096, "counts": (16, 64, 256, 1024)},
+    "lightmaps": {"name": "props", "side": 64, "cycles_samples": 4, "samples": 4, "interpolation": 1, "objects": 60,
+                  "reference": 6},
     "triangles": (10_000, 100_000, 1_000_000, 10_000_000), "texel counts": (64, 256, 1024, 4096),
     "lights": (1, 4, 16, 64, 256), "cells": (16, 32, 64, 128),
 }  # fmt: skip
@@ -42,6 +46,9 @@ QUICK = {
                  "probe_cells": 4, "probe_rays": 64},
     "reference": {"image": 32, "lightmap": 32, "vertices": 32}, "cycles": (1, 8),
     "camera": {"side": 32, "bounces": 4, "counts": (4, 8), "reference": 32, "runs": 1},
+    "convergence": {"side": 32, "reference": 32, "counts": (16, 64)},
+    "lightmaps": {"name": "cornell", "side": 16, "cycles_samples": 4, "samples": 4, "interpolation": 1, "objects": 3,
+                  "reference": 1},
     "triangles": (10_000, 100_000, 1_000_000), "texel counts": (64, 128, 256), "lights": (1, 4, 16),
     "cells": (16, 32, 64),
 }  # fmt: skip
@@ -69,6 +76,8 @@ def plan_of(sizes: dict, folder: Path) -> Iterator[list[tuple[str, dict]]]:
             ("cycles", {"name": name, "counts": sizes["cycles"], **common}),
         ]
     yield [("camera", {"name": "cornell", **sizes["camera"]})]
+    yield [("convergence", {"name": name, **sizes["convergence"]}) for name in ("cornell", "sunlit_room", "emissive")]
+    yield [("lightmaps", sizes["lightmaps"])]
     yield [("rays", {})]
     yield [("of_kernels", {k: sizes[k] for k in ("side", "settings")})]
     for case in GROWING:

@@ -9,6 +9,8 @@ TITLES = {
     "Samples": ("sample",),
     "Cycles’ camera images": ("cycles",),
     "A camera image at four bounces, both denoised": ("camera",),
+    "Convergence of camera images, no denoiser, without the reference’s noise": ("convergence",),
+    "Many lightmaps, both denoised": ("lightmaps",),
     "Reading scenes": ("reading",),
     "Rays": ("rays",),
     "Kernels": ("of_kernels",),
@@ -18,6 +20,7 @@ TITLES = {
 COLUMNS = {
     "seconds": "{:.3g}", "processor [s]": "{:.3g}", "memory [MB]": "{:.0f}", "relMSE": "{:.5f}", "noise": "{:.5f}",
     "bias": "{:+.1%}", "Cycles, same error": "{:.3g} s", "Cycles, same time": "{:.3g}", "triangles": "{}",
+    "p of relMSE ~ Nᵖ": "{:.2f}", "Cycles, seconds / ours": "{:.1f}",
     "calls": "{}", "one core [Mrays/s]": "{:.2f}", "all cores [Mrays/s]": "{:.2f}",
 }  # fmt: skip
 BEFORE = ("seconds", "relMSE")
