@@ -38,7 +38,7 @@ def stopped(pan, folder, frame):
     """A run that is stopped in the midst of a frame."""
     run = bake_frames(*pan, JOB, FRAMES, folder)
     for _, stage in run:
-        if stage == f"frame {frame}: maps":
+        if stage == f"frame {frame}: screen":
             break
     run.close()
 
