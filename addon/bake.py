@@ -32,6 +32,7 @@ from ..gi_core.techniques import METHODS, Asked
 from ..gi_core.tile_light import TileLight
 from ..gi_core.tiles import named, whole
 from ..gi_core.trace import Tracer
+from ..gi_core.vectors import pick
 from . import by_method, denoise, gpu_context, layout, lightmap_borders, preflight, rebake, vertex_light
 from .canvases import kept_layers, pixels, put, without_noise
 from .job import Job
@@ -364,16 +365,16 @@ def _shown(preview: Preview, tile: Tile, geometry: Geometry) -> Callable[[dict[s
     def show(layers: dict[str, np.ndarray]):
         light = (layers["Lamps"] + layers["Around"] + layers["Indirect"]) / np.float32(np.pi)
         for receiver, rows, kept in tile.kept():
-            places = () if receiver.is_image else (_corners(geometry, receiver.name)[kept],)
+            places = () if receiver.is_image else (_corners(geometry, receiver.name, kept),)
             preview(receiver.name, pixels(kept, receiver), light[pixels(rows, receiver)], *places)
 
     return show
 
 
-def _corners(geometry: Geometry, name: str) -> np.ndarray:
-    """Where the corners of an object's triangles are, (3 t, 3) [m]."""
+def _corners(geometry: Geometry, name: str, rows: slice) -> np.ndarray:
+    """Where some of the corners of an object's triangles are, (n, 3) [m]."""
     _, triangles = geometry.mesh_of(name)
-    return geometry.vertices[geometry.triangles[triangles]].reshape(-1, 3)
+    return pick(geometry.vertices, geometry.triangles[triangles].ravel()[rows])
 
 
 def _of_volume(volume: lpv.Volume) -> Sentence:

@@ -40,9 +40,14 @@ def measure(test: np.ndarray, reference: np.ndarray, mask: np.ndarray | None = N
     }
 
 
-def relmse(x: np.ndarray, r: np.ndarray) -> float:
-    """Relative mean square error, mean((x − r)² / (r² + 0.01)), over arrays of one shape."""
-    return float(np.mean((x - r) ** 2 / (r**2 + 0.01)))
+def relmse(x: np.ndarray, r: np.ndarray, other: np.ndarray | None = None) -> float:
+    """Relative mean square error, mean((x − r)² / (r² + 0.01)), over arrays of one shape.
+
+    other: a second reference with noise of its own. The product of both differences has the noise of neither in its
+    mean, and r² is that of their mean.
+    """
+    other = r if other is None else other
+    return float(np.mean((x - r) * (x - other) / (((r + other) / 2) ** 2 + 0.01)))
 
 
 def bias(x: np.ndarray, r: np.ndarray) -> float:

@@ -34,9 +34,6 @@ from gi_bake.gi_core.rsm.settings import RsmSettings
 SAMPLES = Path(__file__).resolve().parents[2] / "sample_blends"
 OURS = "RSM, OIDN"
 
-# As in `metrics.relmse`.
-DARK = 0.01
-
 
 def race(
     scene: bpy.types.Scene,
@@ -68,7 +65,6 @@ def race(
         np.float64(camera_reference(scene, view_layer, -(-reference // 2), bounces, seed, size)["Diffuse Indirect"])
         for seed in (11, 12)
     )
-    mean = (a + b) / 2
     found = {OURS: [], DENOISED: []}
     for count in counts:
         rows = {label: {"samples": count, "seconds": np.inf, "processor [s]": np.inf} for label in found}
@@ -78,8 +74,7 @@ def race(
                 picture = np.float64(work(count))
                 row["seconds"] = min(row["seconds"], time.perf_counter() - begin)
                 row["processor [s]"] = min(row["processor [s]"], time.process_time() - busy)
-                row["relmse"] = float(np.mean((picture - a) * (picture - b) / (mean**2 + DARK)))
-                row["bias"] = metrics.bias(picture, mean)
+                row["relmse"], row["bias"] = metrics.relmse(picture, a, b), metrics.bias(picture, (a + b) / 2)
         for label, row in rows.items():
             found[label].append(row)
     return found

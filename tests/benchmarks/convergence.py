@@ -36,18 +36,13 @@ COUNTS = (16, 64, 256, 1024)
 # what is measured, is most of what is left of the error at a thousand samples.
 ANTIALIAS = 4
 
-# As in `metrics.relmse`.
-DARK = 0.01
-
 
 def measured(scene, view_layer, job, halves, mask):
     begin = time.perf_counter()
     layers = tiles.finish(bake(scene, view_layer, job)).layers
     seconds = time.perf_counter() - begin
     ours, a, b = (np.float64(image[mask]) for image in (layers["Diffuse Indirect"], *halves))
-    mean = (a + b) / 2
-    error = np.mean((ours - a) * (ours - b) / (mean**2 + DARK))
-    return {"seconds": seconds, "relMSE": float(error), "bias": metrics.bias(ours, mean)}
+    return {"seconds": seconds, "relMSE": metrics.relmse(ours, a, b), "bias": metrics.bias(ours, (a + b) / 2)}
 
 
 def one_scene(name, resolution, reference_samples, counts=COUNTS):

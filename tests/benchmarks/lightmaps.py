@@ -47,19 +47,14 @@ def denoised(maps, geometry, uv_maps, side, passes):
 
 
 def error(maps, references, light):
-    """relMSE and bias over the texels whose centre a face covers. Of two references with noise of their own the product
-    of the differences has the noise of neither."""
-    product, bright, ours, theirs = [], [], [], []
+    """relMSE and bias over the texels whose centre a face covers, against two references with noise of their own."""
+    texels = []
     for name in maps:
         first, second = (reference[name] for reference in references)
         mask = light[name].centred & (first[..., 3] > 0)
-        x, r, s = (image[mask][:, :3].astype(np.float64) for image in (maps[name], first, second))
-        product.append((x - r) * (x - s))
-        bright.append(((r + s) / 2) ** 2 + 0.01)
-        ours.append(x)
-        theirs.append((r + s) / 2)
-    relative = np.concatenate(product) / np.concatenate(bright)
-    return {"relMSE": float(relative.mean()), "bias": metrics.bias(np.concatenate(ours), np.concatenate(theirs))}
+        texels.append([image[mask][:, :3].astype(np.float64) for image in (maps[name], first, second)])
+    ours, a, b = (np.concatenate(part) for part in zip(*texels))
+    return {"relMSE": metrics.relmse(ours, a, b), "bias": metrics.bias(ours, (a + b) / 2)}
 
 
 def pair(scene, view_layer, resolution, cycles_samples, samples, interpolation, objects, reference):

@@ -45,6 +45,14 @@ def test_relmse_weighs_dark_and_bright_errors_by_their_reference():
     assert metrics.relmse(r + 0.1, r) == pytest.approx((0.01 / 0.01 + 0.01 / 1.01 + 0.01 / 100.01) / 3)
 
 
+def test_two_references_leave_no_noise_of_theirs_in_relmse():
+    random = np.random.default_rng(2)
+    x, truth = np.full(200_000, 0.01), np.zeros(200_000)
+    a, b = (truth + random.normal(0, 0.01, truth.shape) for _ in (0, 1))
+    assert metrics.relmse(x, a) > 1.8 * metrics.relmse(x, truth)
+    assert metrics.relmse(x, a, b) == pytest.approx(metrics.relmse(x, truth), rel=0.03)
+
+
 def test_bias_against_black():
     assert metrics.bias(np.zeros(3), np.zeros(3)) == 0
     assert metrics.bias(np.ones(3), np.zeros(3)) == math.inf
